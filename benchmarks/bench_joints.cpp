@@ -1,0 +1,115 @@
+// Joint laws: DEs per second. The orthogonal corner-strain kernel is the hot loop of pure DEM.
+
+#include "defe/coupling/corner_strain.h"
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <random>
+#include <vector>
+
+using namespace defe;
+
+namespace {
+
+/// nx x ny x nz DEs of spacing d, x fastest; `broken` of the joints absent at random.
+struct Block {
+  std::vector<double> x;
+  std::vector<int> self;
+  std::vector<std::array<int, 6>> nb;
+  std::vector<unsigned char> present;
+  std::vector<std::array<double, 6>> len, half;
+  std::vector<std::array<double, 18>> force;
+  std::vector<double> energy;
+
+  Block(int nx, int ny, int nz, double broken)
+  {
+    const double d = 1e-3;
+    const int n = nx * ny * nz;
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    const auto at = [&](int i, int j, int k) { return i + nx * (j + ny * k); };
+    self.resize(n);
+    std::iota(self.begin(), self.end(), 0);
+    nb.resize(n);
+    present.assign(n, 0);
+    len.assign(n, {d, d, d, d, d, d});
+    half.assign(n, {d / 2, d / 2, d / 2, d / 2, d / 2, d / 2});
+    force.resize(n);
+    energy.resize(n);
+    for (int k = 0; k < nz; ++k)
+      for (int j = 0; j < ny; ++j)
+        for (int i = 0; i < nx; ++i) {
+          const int me = at(i, j, k);
+          const int c[3] = {i, j, k}, size[3] = {nx, ny, nz};
+          for (int a = 0; a < 3; ++a) x.push_back(d * (c[a] + 1e-3 * uniform(random)));
+          for (int s = 0; s < 6; ++s) {
+            int o[3] = {i, j, k};
+            o[s / 2] += s % 2 ? 1 : -1;
+            nb[me][s] = me;
+            if (o[s / 2] < 0 || o[s / 2] >= size[s / 2]) continue;
+            nb[me][s] = at(o[0], o[1], o[2]);
+            if (uniform(random) >= 2.0 * broken - 1.0) present[me] |= 1u << s;
+          }
+        }
+  }
+
+  OrthogonalLattice lattice() const
+  {
+    using Ints = const int (*)[6];
+    using Doubles = const double (*)[6];
+    return {static_cast<int>(self.size()),
+            self.data(),
+            reinterpret_cast<Ints>(nb.data()),
+            present.data(),
+            reinterpret_cast<Doubles>(len.data()),
+            reinterpret_cast<Doubles>(half.data()),
+            nullptr};
+  }
+};
+
+const CornerModuli glass{74.09e9 * 0.2 / (1.2 * 0.6), 74.09e9 / 2.4};
+
+/// The glass beam, 200 x 20 x 10 DEs. Argument: joints broken at random, per mille.
+void orthogonal(benchmark::State &state, bool with_energy)
+{
+  Block block(200, 20, 10, 1e-3 * state.range(0));
+  auto *force = reinterpret_cast<double(*)[6][3]>(block.force.data());
+  const OrthogonalLattice lattice = block.lattice();
+  for (auto _ : state) {
+    corner_strain_orthogonal(lattice, block.x.data(), nullptr, &glass, force,
+                             with_energy ? block.energy.data() : nullptr);
+    benchmark::ClobberMemory();
+  }
+  state.SetItemsProcessed(state.iterations() * lattice.n);
+}
+BENCHMARK_CAPTURE(orthogonal, forces, false)->Arg(0)->Arg(10)->Arg(500);
+BENCHMARK_CAPTURE(orthogonal, forces_and_energy, true)->Arg(0);
+
+void general(benchmark::State &state)
+{
+  Block block(200, 20, 10, 0.0);
+  GeneralCell cell{};
+  for (int s = 0; s < 6; ++s) {
+    cell.dX[s].setZero();
+    cell.dX[s][s / 2] = s % 2 ? 1e-3 : -1e-3;
+    cell.face[s] = 0.5 * cell.dX[s];
+  }
+  const int n = static_cast<int>(block.self.size());
+  Vec3 y[6], f[6];
+  for (auto _ : state)
+    for (int i = 0; i < n; ++i) {
+      for (int s = 0; s < 6; ++s)
+        for (int c = 0; c < 3; ++c)
+          y[s][c] = block.x[3 * block.nb[i][s] + c] - block.x[3 * i + c];
+      benchmark::DoNotOptimize(corner_strain_general(cell, y, block.present[i], glass, f));
+      for (int s = 0; s < 6; ++s)
+        for (int c = 0; c < 3; ++c) block.force[i][3 * s + c] = f[s][c];
+    }
+  state.SetItemsProcessed(state.iterations() * n);
+}
+BENCHMARK(general);
+
+}    // namespace

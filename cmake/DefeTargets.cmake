@@ -1,0 +1,46 @@
+# Compiler flags of DEFE's own targets, and helpers for adding them.
+
+# Warnings and sanitizers concern our own code only.
+add_library(defe_warnings INTERFACE)
+target_compile_options(defe_warnings INTERFACE -Wall -Wextra)
+# GCC 12 takes its own AVX-512 intrinsics for uninitialised (GCC bug 105593)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+  target_compile_options(defe_warnings INTERFACE -Wno-uninitialized -Wno-maybe-uninitialized)
+endif()
+
+# Passed on to everything that links our libraries: Eigen's alignment, and with it
+# the layout of our structs, depends on the instruction set.
+add_library(defe_options INTERFACE)
+# No -ffast-math: NaN checks and the order of summation must stay. These three change
+# neither, and let the compiler vectorise loops with sqrt and comparisons.
+target_compile_options(defe_options INTERFACE
+  $<$<CONFIG:Release,RelWithDebInfo>:-fno-math-errno -fno-trapping-math -ffp-contract=fast>)
+if(DEFE_NATIVE)
+  include(CheckCXXCompilerFlag)
+  check_cxx_compiler_flag(-march=native DEFE_HAS_MARCH_NATIVE)
+  if(DEFE_HAS_MARCH_NATIVE)
+    target_compile_options(defe_options INTERFACE -march=native)
+  endif()
+endif()
+if(DEFE_SANITIZE)
+  set(flags -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+  target_compile_options(defe_options INTERFACE ${flags})
+  target_link_options(defe_options INTERFACE ${flags})
+  target_compile_definitions(defe_options INTERFACE _GLIBCXX_ASSERTIONS)
+endif()
+
+# defe_add_library(NAME [LINK targets...]): static library of src/*.cpp with public
+# headers in include/; an interface library as long as there is no source.
+function(defe_add_library name)
+  cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS src/*.cpp)
+  if(sources)
+    add_library(${name} STATIC ${sources})
+    target_include_directories(${name} PUBLIC include PRIVATE src)
+    target_link_libraries(${name} PUBLIC defe_options ${arg_LINK} PRIVATE defe_warnings)
+  else()
+    add_library(${name} INTERFACE)
+    target_include_directories(${name} INTERFACE include)
+    target_link_libraries(${name} INTERFACE defe_options ${arg_LINK})
+  endif()
+endfunction()

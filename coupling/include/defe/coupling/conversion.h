@@ -1,0 +1,67 @@
+#ifndef DEFE_COUPLING_CONVERSION_H
+#define DEFE_COUPLING_CONVERSION_H
+
+/// \file
+/// Conversion of one hexahedron into eight discrete elements.
+///
+/// DE k belongs to corner node k of the element and starts at natural coordinates hex_sign[k]/2.
+/// Conserved: mass and linear momentum to rounding; strain energy and all forces where the strain
+/// is uniform. Not conserved: of the velocity gradient within the element, kinetic energy and
+/// angular momentum. The lumped element carries m/8 at each corner, the DEs carry it at half the
+/// distance from the centre: for a cube of edge h that turns as a rigid body the moment of inertia
+/// falls from m h^2/2 (lumped) to m h^2/8, plus m h^2/40 of the spins (the solid has m h^2/6), and
+/// of a uniform velocity gradient a quarter of the kinetic energy is left plus that of the spins.
+/// See conversion_kinetic_loss() for the energy ledger.
+///
+/// Source: theory.md section 4.
+
+#include <array>
+
+#include "defe/coupling/corner_strain.h"
+#include "defe/fe/topology.h"
+#include "defe/types.h"
+
+namespace defe {
+
+struct NewDE {
+  Vec3 X, x, v;           ///< reference and current position, velocity
+  Vec3 omega;             ///< half the curl of the velocity field, in the current configuration
+  double mass;            ///< m/8
+  double radius;          ///< half the cube root of the volume: h/4 for a cube
+  double volume;          ///< reference volume of the eighth, exact
+  Vec3 face[6];           ///< reference vector from X to the middle of the quarter patch of the slot
+  Vec3 area_normal[6];    ///< reference area vector of the patch, out along the slot
+  double area[6];         ///< its length
+  int node;               ///< k, the corner of the element that it belongs to
+};
+
+/// Slots: 2 * axis + (0: negative, 1: positive natural direction). Outer: away from the element's
+/// centre, through the element's own face; inner: towards the DE at the other end of the edge.
+/// An outer slot has the number of the element's face (fe::hex_face) that it goes through; an inner
+/// slot leads to the DE of node fe::hex_edge_neighbor(node, slot / 2).
+constexpr bool slot_is_outer(int node, int slot)
+{
+  return (fe::hex_sign[node][slot / 2] > 0) == (slot % 2 == 1);
+}
+
+/// \param X, x, v  reference and current positions and velocities of the element's nodes
+/// \param mass     of the element
+/// The element must be valid (positive volume of every eighth), which create and read check.
+std::array<NewDE, 8> convert_hex(const fe::HexCoords &X, const fe::HexCoords &x, const fe::HexCoords &v,
+                                 double mass);
+
+/// Cell of a new DE with inner joints to its siblings filled in; outer dX are 0, no ties.
+GeneralCell cell_of(const std::array<NewDE, 8> &de, int k);
+
+/// Tie of a DE to the face of a neighbour element that is still finite: the weights of the face's
+/// nodes, ordered [own corner node, next, opposite, previous] around the face. The tie point is
+/// the face's point at natural coordinates +-1/2, and the nodes take the joint's force by weight.
+constexpr double tie_weight[4] = {9.0 / 16.0, 3.0 / 16.0, 1.0 / 16.0, 3.0 / 16.0};
+
+/// Kinetic energy of the element's lumped nodes (m/8 each) less that of the DEs, spins included
+/// (solid spheres). >= 0 for bodies whose spin is not much larger than their strain rate.
+double conversion_kinetic_loss(const fe::HexCoords &v, double mass, const std::array<NewDE, 8> &de);
+
+}    // namespace defe
+
+#endif

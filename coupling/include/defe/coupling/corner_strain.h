@@ -1,0 +1,109 @@
+#ifndef DEFE_COUPLING_CORNER_STRAIN_H
+#define DEFE_COUPLING_CORNER_STRAIN_H
+
+/// \file
+/// Corner-strain joints: the elastic continuum of discrete elements (DEs) before it breaks.
+///
+/// Each DE is the mass point of one eighth of a hexahedron and has six joint slots, one through
+/// each face of its cell: slot = 2 * axis + side, axis 0..2 natural axis of its hexahedron, side 0
+/// the negative and 1 the positive natural direction. At each of the cell's eight corners
+/// (one slot of each axis) three joints meet. With the reference joint vectors M_a and the current
+/// ones y_a the corner stores the St Venant-Kirchhoff energy w psi(E) of
+///
+///   E = (F^T F - I) / 2,   F = [y_1 y_2 y_3] [M_1 M_2 M_3]^-1,   w = |det(h_1, h_2, h_3)|
+///
+/// (h_a: thickness of the cell towards slot a, as a vector). Where joints are missing (surface,
+/// broken, softening) psi is minimised over the missing columns, which is closed form: plane
+/// stress in the plane of two joints, uniaxial stress along one. Forces are exact derivatives.
+/// Only dot products of joint vectors enter, so forces are objective under any rotation, and
+/// linear and angular momentum are conserved; particle rotations play no part.
+///
+/// The joint traction is the mean of (F S) N over the corners that share the joint: sum of the two
+/// ends' half forces over the joint's area, see corner_areas().
+///
+/// Any consistent units. Source: theory.md section 3; docs of pair_style defe/joint.
+
+#include "defe/types.h"
+
+namespace defe {
+
+/// Lame constants of the undamaged solid.
+struct CornerModuli {
+  double lambda, mu;
+};
+
+/// lambda of the reduced law S = lambda_e tr(E) I + 2 mu E at a corner where `joints` of three
+/// joints are present: 3 lambda (solid), 2 plane stress, 1 uniaxial (E - 2 mu), 0 zero.
+double reduced_lambda(const CornerModuli &moduli, int joints);
+
+/// DEs whose joints are mutually perpendicular (boxes: cubes or bricks, also graded). All arrays
+/// are the caller's; nothing is kept.
+struct OrthogonalLattice {
+  int n;                            ///< number of DEs
+  const int *self;                  ///< [n] index of the DE into x
+  const int (*nb)[6];               ///< [n] other end: >= 0 index into x, < 0 index ~nb into points;
+                                    ///< ignored where the joint is absent
+  const unsigned char *present;     ///< [n] bit s set: slot s is a connective joint
+  const double (*len)[6];           ///< [n] reference length of the joint; > 0, also where absent
+  const double (*half)[6];          ///< [n] thickness of the cell towards the slot
+  const unsigned char *material;    ///< [n] index into the table of moduli; null: all 0
+};
+
+/// Forces of the corners of every DE of an orthogonal lattice.
+///
+/// \param x           3 doubles per atom, current positions
+/// \param points      3 doubles per tie point, current positions; may be null without ties
+/// \param table       moduli by material
+/// \param half_force  [n] force on the DE itself by its own four corners at each joint (0 where
+///                    absent); the other end takes the opposite. The whole joint force on i is
+///                    half_force[i][s] - half_force[j][t], t the other end's slot.
+/// \param energy      [n] strain energy of the DE's own corners; may be null
+/// \return sum of the energies if energy is given, else 0
+double corner_strain_orthogonal(const OrthogonalLattice &lattice, const double *x,
+                                const double *points, const CornerModuli *table,
+                                double (*half_force)[6][3], double *energy);
+
+/// Reference geometry of a DE's cell in any hexahedron.
+struct GeneralCell {
+  Vec3 dX[6];           ///< joint vector, from the DE to the other end; 0 where there never was one
+  Vec3 face[6];         ///< from the DE to the middle of the quarter of the element's face (outer
+                        ///< slots) or mid-section (inner slots): thickness of the cell
+  unsigned char tie;    ///< bit s set: slot s ends on an element's face
+};
+
+/// Corners of one DE in any hexahedron.
+///
+/// \param y           current joint vectors x_other - x_self; ignored where absent
+/// \param present     bit s set: slot s is a connective joint
+/// \param half_force  as above; set for all six slots
+/// \return strain energy of the DE's own corners
+double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned present,
+                             const CornerModuli &moduli, Vec3 half_force[6]);
+
+/// Reference area vectors (outward) that go with the half forces: uniform stress sigma at small
+/// strain gives half_force[s] = sigma * half_area[s] at a DE with all joints present. The area of
+/// a joint is the sum over its two ends (opposite signs); a tie's is that of its DE alone.
+void corner_areas(const GeneralCell &cell, unsigned present, Vec3 half_area[6]);
+
+/// Whether the cell may be handed to corner_strain_orthogonal with len = |dX| and
+/// half = |face|: the vectors of different axes are perpendicular within tol (cosine).
+bool is_orthogonal(const GeneralCell &cell, double tol = 1e-9);
+
+/// Stable step of a cubic lattice of spacing d and infinite extent: 2 / omega_max, exact.
+/// For nu <= 1/3 this is d / sqrt((lambda + 4 mu) / rho); above, a longer wave is faster.
+double lattice_critical_step(double d, const CornerModuli &moduli, double rho);
+
+/// Safe stable step from the neighbourhood of one DE: the least over all DEs is stable for the
+/// whole lattice, at the reference state. See corner_strain.cpp for the bound and its proof.
+///
+/// \param mass           of the DE
+/// \param present        joints that are present; fewer joints never shorten the true step
+/// \param neighbor_mass  [6] mass of the DE at the other end; for a tie m_e/8 of the element behind
+///                       it (at most 3/4 of which is used: the element's own step must be checked
+///                       with a quarter of its mass); null: all equal to mass
+double lattice_critical_step(const GeneralCell &cell, unsigned present, const CornerModuli &moduli,
+                             double mass, const double *neighbor_mass = nullptr);
+
+}    // namespace defe
+
+#endif

@@ -1,0 +1,44 @@
+#ifndef DEFE_COUPLING_FACET_H
+#define DEFE_COUPLING_FACET_H
+
+/// \file
+/// Geometry of a bilinear quadrilateral facet: four nodes, counter-clockwise seen from outside,
+/// x(xi, eta) = sum N_I x_I with natural coordinates (-1,-1), (1,-1), (1,1), (-1,1) at the nodes.
+/// The facet may be warped.
+
+#include "defe/types.h"
+
+namespace defe {
+
+enum class FacetFeature { face, edge, vertex };
+
+struct FacetPoint {
+  Vec3 closest;            ///< closest point of the facet
+  double xi, eta;          ///< its natural coordinates
+  double N[4];             ///< shape functions there, >= 0, sum 1
+  FacetFeature feature;    ///< what the closest point lies on
+  int which;               ///< edge e joins nodes e and e+1, vertex: the node; face: 0
+  double distance;         ///< to the point; negative behind the facet
+  Vec3 normal;             ///< outward unit normal of the facet at the closest point
+};
+
+/// Closest point of the facet to p. Bounded: Newton steps on the natural coordinates where they
+/// lower the distance, else descent and the four edges in closed form. Unique except for points
+/// farther away than the facet's radius of curvature, where a local minimum may be returned.
+/// A facet without area has normal 0.
+FacetPoint closest_point(const Vec3 &p, const Vec3 node[4]);
+
+void facet_shape(double xi, double eta, double N[4]);
+Vec3 facet_point(const Vec3 node[4], double xi, double eta);
+
+/// Area vector (outward, exact for any bilinear patch) and scalar area (exact if plane, 2 x 2
+/// Gauss otherwise).
+Vec3 facet_area_vector(const Vec3 node[4]);
+double facet_area(const Vec3 node[4]);
+
+/// Outward unit normal at a point; 0 if degenerate there.
+Vec3 facet_normal(const Vec3 node[4], double xi, double eta);
+
+}    // namespace defe
+
+#endif

@@ -1,0 +1,118 @@
+#include "defe/coupling/cohesive.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace defe {
+
+namespace {
+
+/// s/k_n of an elastic stretch: convex in it, so the largest value along a straight increment is
+/// at one of its ends.
+double stretch(double e_n, double e_s, const JointStiffness &k, const CohesiveParameters &p)
+{
+  return equivalent_traction(k.k_n * e_n, k.k_s * e_s, p) / k.k_n;
+}
+
+}    // namespace
+
+void CohesiveState::pack(double *buffer) const
+{
+  buffer[0] = e_n;
+  for (int i = 0; i < 3; ++i) buffer[1 + i] = e_s[i];
+  buffer[4] = s0;
+  buffer[5] = kappa;
+}
+
+CohesiveState CohesiveState::unpack(const double *buffer)
+{
+  return {buffer[0], Vec3(buffer[1], buffer[2], buffer[3]), buffer[4], buffer[5]};
+}
+
+JointStiffness joint_stiffness(double lambda, double mu, double length)
+{
+  const double E = mu * (3.0 * lambda + 2.0 * mu) / (lambda + mu);
+  return {(lambda + 2.0 * mu) / length, E / length, mu / length};
+}
+
+double equivalent_traction(double t_n, double t_s, const CohesiveParameters &p)
+{
+  const double shear = p.reciprocal ? t_s / p.beta : p.beta * t_s;
+  const double tension = std::max(t_n, 0.0);
+  return std::sqrt(tension * tension + shear * shear);
+}
+
+CohesiveState cohesive_start(double t_n, const Vec3 &t_s, const JointStiffness &k,
+                             const CohesiveParameters &p)
+{
+  const double s0 = equivalent_traction(t_n, t_s.norm(), p);
+  return {t_n / (t_n > 0.0 ? k.k_n : k.k_c), t_s / k.k_s, s0, s0 / k.k_n};
+}
+
+CohesiveResult cohesive_update(CohesiveState &state, double de_n, const Vec3 &de_s,
+                               const JointStiffness &k, const CohesiveParameters &p)
+{
+  const double kappa0 = state.s0 / k.k_n;
+  const double delta_c = 2.0 * p.G_f / state.s0;
+  const double old_e_n = state.e_n;
+  const Vec3 old_e_s = state.e_s;
+
+  state.e_n += de_n;
+  state.e_s += de_s;
+  const double now = stretch(state.e_n, state.e_s.norm(), k, p);
+
+  double dissipated = 0.0;
+  if (now > state.kappa) {
+    // w = (1 + kappa0/delta_c)(1 - kappa0/kappa), so Y dw with Y = (k_n <e_n>^2 + k_s |e_s|^2)/2
+    // is (Y/kappa^2) (1 + kappa0/delta_c) kappa0 dkappa, and Y/kappa^2 depends on the direction of
+    // the stretch only: trapezoidal rule over the part of the increment that does damage.
+    const double kappa = std::min(now, kappa0 + delta_c);
+    const double before = stretch(old_e_n, old_e_s.norm(), k, p);
+    const auto direction = [&](double at) {
+      const double f = std::clamp((at - before) / (now - before), 0.0, 1.0);
+      const double e_n = std::max(old_e_n + f * de_n, 0.0);
+      const Vec3 e_s = old_e_s + f * de_s;
+      const double size = stretch(e_n, e_s.norm(), k, p);
+      return 0.5 * (k.k_n * e_n * e_n + k.k_s * e_s.squaredNorm()) / (size * size);
+    };
+    if (kappa > state.kappa) {
+      const double mean = 0.5 * (direction(state.kappa) + direction(kappa));
+      dissipated = mean * (1.0 + kappa0 / delta_c) * kappa0 * (kappa - state.kappa);
+      state.kappa = kappa;
+    }
+  }
+
+  CohesiveResult r;
+  r.damage = std::min((state.kappa - kappa0) / delta_c, 1.0);
+  r.broken = state.kappa >= kappa0 + delta_c;
+  if (r.broken) r.damage = 1.0;    // whatever the rounding of the quotient
+  const double intact = kappa0 / state.kappa * (1.0 - r.damage);
+  const double opening = std::max(state.e_n, 0.0);
+  const double closing = std::min(state.e_n, 0.0);
+  r.t_n = intact * k.k_n * opening + k.k_c * closing;
+  r.t_s = intact * k.k_s * state.e_s;
+  r.stored = 0.5 * intact * (k.k_n * opening * opening + k.k_s * state.e_s.squaredNorm()) +
+      0.5 * k.k_c * closing * closing;
+  r.dissipated = dissipated;
+  return r;
+}
+
+void cohesive_rotate(CohesiveState &state, const Vec3 &n_new)
+{
+  const double length2 = state.e_s.squaredNorm();
+  state.e_s -= n_new.dot(state.e_s) * n_new;
+  const double left2 = state.e_s.squaredNorm();
+  if (left2 > 0.0) state.e_s *= std::sqrt(length2 / left2);
+}
+
+double cohesive_total_release(double s0, const JointStiffness &k, const CohesiveParameters &p)
+{
+  return 0.5 * s0 * s0 / k.k_n + p.G_f;
+}
+
+double toughness_limit(double E, double G_f, double sigma_t)
+{
+  return 2.0 * E * G_f / (sigma_t * sigma_t);
+}
+
+}    // namespace defe

@@ -1,0 +1,148 @@
+#include "defe/coupling/facet.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace defe {
+
+namespace {
+
+/// x(xi, eta) = c[0] + xi c[1] + eta c[2] + xi eta c[3]
+struct Bilinear {
+  Vec3 c[4];
+
+  explicit Bilinear(const Vec3 x[4])
+  {
+    c[0] = 0.25 * (x[0] + x[1] + x[2] + x[3]);
+    c[1] = 0.25 * (-x[0] + x[1] + x[2] - x[3]);
+    c[2] = 0.25 * (-x[0] - x[1] + x[2] + x[3]);
+    c[3] = 0.25 * (x[0] - x[1] + x[2] - x[3]);
+  }
+  Vec3 point(double xi, double eta) const { return c[0] + xi * c[1] + eta * (c[2] + xi * c[3]); }
+  Vec3 along_xi(double eta) const { return c[1] + eta * c[3]; }
+  Vec3 along_eta(double xi) const { return c[2] + xi * c[3]; }
+};
+
+/// Least distance inside the square. Newton's method on f = |p - x|^2/2, with Gauss and Newton's
+/// matrix where the true one is not positive, steps cut at the border and halved until f falls.
+/// Returns false if the search ends on the border (the edges then have the answer).
+bool closest_inside(const Vec3 &p, const Bilinear &facet, double &xi, double &eta)
+{
+  xi = eta = 0.0;
+  Vec3 r = p - facet.c[0];
+  for (int iteration = 0; iteration < 50; ++iteration) {
+    const Vec3 a = facet.along_xi(eta), b = facet.along_eta(xi);
+    double descent_xi = r.dot(a), descent_eta = r.dot(b);
+    const double aa = a.squaredNorm(), bb = b.squaredNorm();
+    double ab = a.dot(b) - r.dot(facet.c[3]);
+    if (ab * ab >= 0.99 * aa * bb) ab = a.dot(b);
+
+    // on the border and pushed outward: slide along it
+    const bool stop_xi = std::abs(xi) == 1.0 && xi * descent_xi >= 0.0;
+    const bool stop_eta = std::abs(eta) == 1.0 && eta * descent_eta >= 0.0;
+    if (stop_xi) descent_xi = ab = 0.0;
+    if (stop_eta) descent_eta = ab = 0.0;
+    const double det = aa * bb - ab * ab;
+    if (!(det > 1e-20 * aa * bb)) return false;    // no area
+    const double dxi = (bb * descent_xi - ab * descent_eta) / det;
+    const double deta = (aa * descent_eta - ab * descent_xi) / det;
+
+    const double f = r.squaredNorm();
+    double new_xi = xi, new_eta = eta, step = 1.0;
+    Vec3 new_r;
+    for (int halving = 0; halving < 20; ++halving, step *= 0.5) {
+      new_xi = std::clamp(xi + step * dxi, -1.0, 1.0);
+      new_eta = std::clamp(eta + step * deta, -1.0, 1.0);
+      new_r = p - facet.point(new_xi, new_eta);
+      if (new_r.squaredNorm() <= f) break;
+    }
+    const double moved = std::max(std::abs(new_xi - xi), std::abs(new_eta - eta));
+    if (new_r.squaredNorm() <= f) {
+      xi = new_xi;
+      eta = new_eta;
+      r = new_r;
+    }
+    if (moved < 1e-14 || new_r.squaredNorm() > f) break;
+    if (moved < 1e-9 && step == 1.0) break;    // the next step would be its square
+  }
+  constexpr double inside = 1.0 - 1e-10;
+  return std::abs(xi) < inside && std::abs(eta) < inside;
+}
+
+}    // namespace
+
+void facet_shape(double xi, double eta, double N[4])
+{
+  N[0] = 0.25 * (1.0 - xi) * (1.0 - eta);
+  N[1] = 0.25 * (1.0 + xi) * (1.0 - eta);
+  N[2] = 0.25 * (1.0 + xi) * (1.0 + eta);
+  N[3] = 0.25 * (1.0 - xi) * (1.0 + eta);
+}
+
+Vec3 facet_point(const Vec3 node[4], double xi, double eta)
+{
+  return Bilinear(node).point(xi, eta);
+}
+
+Vec3 facet_area_vector(const Vec3 node[4])
+{
+  return 0.5 * (node[2] - node[0]).cross(node[3] - node[1]);
+}
+
+double facet_area(const Vec3 node[4])
+{
+  const Bilinear facet(node);
+  const double g = 1.0 / std::sqrt(3.0);
+  double area = 0.0;
+  for (double xi : {-g, g})
+    for (double eta : {-g, g}) area += facet.along_xi(eta).cross(facet.along_eta(xi)).norm();
+  return area;
+}
+
+Vec3 facet_normal(const Vec3 node[4], double xi, double eta)
+{
+  const Bilinear facet(node);
+  const Vec3 n = facet.along_xi(eta).cross(facet.along_eta(xi));
+  const double length = n.norm();
+  return length > 0.0 ? Vec3(n / length) : Vec3(Vec3::Zero());
+}
+
+FacetPoint closest_point(const Vec3 &p, const Vec3 node[4])
+{
+  FacetPoint r;
+  r.feature = FacetFeature::face;
+  r.which = 0;
+  const Bilinear facet(node);
+  if (closest_inside(p, facet, r.xi, r.eta)) {
+    r.closest = facet.point(r.xi, r.eta);
+  } else {
+    double best = -1.0;
+    for (int e = 0; e < 4; ++e) {
+      const Vec3 edge = node[(e + 1) % 4] - node[e];
+      const double length2 = edge.squaredNorm();
+      const double along = edge.dot(p - node[e]);
+      const double t = along <= 0.0 ? 0.0 : (along >= length2 ? 1.0 : along / length2);
+      const Vec3 point = t == 1.0 ? node[(e + 1) % 4] : Vec3(node[e] + t * edge);
+      const double distance2 = (p - point).squaredNorm();
+      if (best >= 0.0 && distance2 >= best) continue;
+      best = distance2;
+      r.closest = point;
+      const double natural[4][2] = {
+          {2.0 * t - 1.0, -1.0}, {1.0, 2.0 * t - 1.0}, {1.0 - 2.0 * t, 1.0}, {-1.0, 1.0 - 2.0 * t}};
+      r.xi = natural[e][0];
+      r.eta = natural[e][1];
+      const bool vertex = t == 0.0 || t == 1.0;
+      r.feature = vertex ? FacetFeature::vertex : FacetFeature::edge;
+      r.which = vertex ? (t == 0.0 ? e : (e + 1) % 4) : e;
+    }
+  }
+  facet_shape(r.xi, r.eta, r.N);
+  r.normal = facet_normal(node, r.xi, r.eta);
+  const Vec3 from = p - r.closest;
+  r.distance = std::copysign(from.norm(), from.dot(r.normal) < 0.0 ? -1.0 : 1.0);
+  return r;
+}
+
+}    // namespace defe

@@ -1,0 +1,101 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds the plugin, and runs an example.
+#   examples/run.sh NAME [variant] [-np N] [LAMMPS options...]
+# -np N  on N MPI ranks
+#
+# Runs in examples/NAME; results go to examples/NAME/output/VARIANT. The script is in.VARIANT, else
+# in.NAME, which finds the variables `out` (the output folder) and `variant`.
+# An example with a run.sh of its own is handed over to that, with these in its environment:
+#   DEFE_LMP        the lmp program         DEFE_PLUGIN   path of defeplugin.so
+#   DEFE_MPIRUN     launcher: "$DEFE_MPIRUN" N program ...      DEFE_NP  number of ranks
+#   DEFE_VARIANT    variant, empty if none was given
+#   DEFE_OUT_ROOT   examples/NAME/output    DEFE_OUT      the folder of the variant in it
+#   DEFE_PYTHON     a Python with numpy, matplotlib and PIL
+#   LD_LIBRARY_PATH such that `plugin load defeplugin.so` needs no path
+# and the LAMMPS options as arguments.
+set -euo pipefail
+exec </dev/null
+# shellcheck source=../tools/common.sh
+source "$(dirname "${BASH_SOURCE[0]}")/../tools/common.sh"
+examples=$DEFE_ROOT/examples
+
+list() {
+  echo 'usage: examples/run.sh NAME [variant] [-np N] [LAMMPS options...]'
+  echo 'examples (variants):'
+  local folder script name variants
+  for folder in "$examples"/*/; do
+    name=$(basename "$folder")
+    variants=''
+    for script in "$folder"in.*; do
+      if [[ -f $script && $script != *~ ]]; then variants+=" ${script##*/in.}"; fi
+    done
+    if [[ -n $variants || -f $folder/run.sh ]]; then echo "  $name${variants:+ ($(sed 's/^ //; s/ /, /g' <<<"$variants"))}"; fi
+  done
+}
+
+case ${1:-} in
+  '' | -h | --help) list; [[ -n ${1:-} ]]; exit ;;
+esac
+name=${1%/}
+shift
+example=$examples/$name
+if [[ $name == */* || ! -d $example ]]; then
+  echo "no example '$name'" >&2
+  list >&2
+  exit 2
+fi
+
+variant='' np=1 options=()
+if (($#)) && [[ $1 != -* ]]; then
+  variant=$1
+  shift
+fi
+while (($#)); do
+  case $1 in
+    -np)
+      [[ ${2:-} =~ ^[1-9][0-9]*$ ]] || { echo '-np needs a number of ranks' >&2; exit 2; }
+      np=$2
+      shift 2 ;;
+    *)
+      options+=("$1")
+      shift ;;
+  esac
+done
+
+"$DEFE_ROOT/tools/install-deps.sh" build plots
+# A new build directory gets by without the tests; an existing one stays as it is.
+configure=()
+if [[ ! -f $DEFE_ROOT/build/release/CMakeCache.txt ]]; then configure=(-D DEFE_TESTS=OFF); fi
+defe_build release defeplugin -- "${configure[@]}"
+
+export DEFE_LMP=$DEFE_ROOT/build/release/lmp
+export DEFE_PLUGIN=$DEFE_ROOT/build/release/defeplugin.so
+export DEFE_MPIRUN=$DEFE_ROOT/tools/mpirun.sh
+export DEFE_NP=$np
+export DEFE_VARIANT=$variant
+export DEFE_OUT_ROOT=$example/output
+export DEFE_OUT=$DEFE_OUT_ROOT${variant:+/$variant}
+DEFE_PYTHON=$(defe_python)
+export DEFE_PYTHON
+export LD_LIBRARY_PATH=$DEFE_ROOT/build/release${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
+mkdir -p "$DEFE_OUT"
+cd "$example"
+
+if [[ -f run.sh ]]; then exec bash run.sh "${options[@]}"; fi
+
+variant=${variant:-$name}
+if [[ -f in.$variant ]]; then
+  script=in.$variant
+elif [[ -f in.$name ]]; then
+  script=in.$name
+else
+  echo "example '$name' has no variant '$variant'" >&2
+  list >&2
+  exit 2
+fi
+# A relative path: log files do not tell where the tree lies.
+out=output/$variant
+mkdir -p "$out"
+run=("$DEFE_LMP")
+if ((np > 1)); then run=("$DEFE_MPIRUN" "$np" "$DEFE_LMP"); fi
+exec "${run[@]}" -in "$script" -log "$out/log.lammps" -var out "$out" -var variant "$variant" "${options[@]}"

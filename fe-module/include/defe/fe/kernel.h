@@ -1,0 +1,157 @@
+#ifndef DEFE_FE_KERNEL_H
+#define DEFE_FE_KERNEL_H
+
+#include "defe/fe/elastic.h"
+#include "defe/fe/topology.h"
+
+#include <memory>
+
+namespace defe::fe {
+
+/// Internal forces of 8-node hexahedra with 2 x 2 x 2 Gauss points.
+///
+/// Contract for every kernel, whatever its material:
+/// - add_forces() adds the exact negative gradient of a strain energy W(x), so the sum of an
+///   element's forces and the sum of their moments vanish to rounding for any x, and energy is
+///   conserved as well as the time integration can. (A dissipative or rate-dependent law replaces
+///   the first half of this sentence by its own balance and keeps its history per element; it needs
+///   an add_forces() of its own with the history and the time step as further arguments.)
+/// - W does not change under rigid translation and rotation of x by any angle.
+/// - stress() is the Cauchy stress of the current configuration in global axes.
+/// - All functions are const, allocate nothing on the heap (constructors may) and may be called
+///   from several threads at once as long as no two of them write to the same node.
+/// - The result does not depend on how a list of elements is cut into calls, except for the order
+///   of the additions to f.
+/// - An element is lost when its Jacobian dx/dX is not positive (corotational kernels look at the
+///   centre, LagrangianKernel at all Gauss points) or not a number. Its forces,
+///   energy and bound are then NaN, so that nobody computes on with it unawares, and its index
+///   goes to Output::inverted.
+class HexKernel {
+ public:
+  HexKernel() = default;
+  HexKernel(const HexKernel &) = delete;
+  HexKernel &operator=(const HexKernel &) = delete;
+  virtual ~HexKernel();
+
+  /// What add_forces() shall deliver besides forces; null pointers cost nothing.
+  struct Output {
+    /// [n] strain energy per element
+    double *energy = nullptr;
+    /// [n] upper bound of the largest principal Cauchy stress at the element's centre, see
+    /// max_principal_bound()
+    double *stress_bound = nullptr;
+    /// [6] sum over elements of sum_a x_a f_a is ADDED; order xx yy zz xy xz yz. Every element's
+    /// forces are in balance, so this does not depend on the origin; it is evaluated relative to
+    /// the element's first node for precision.
+    double *virial = nullptr;
+    /// set to the index (0..n-1) of the first lost element, -1 if there is none
+    int *inverted = nullptr;
+    /// stress_bound is the largest of the bounds at the eight Gauss points instead of the centre's
+    bool bound_at_gauss_points = false;
+  };
+
+  /// Adds f_a -= dW/dx_a for n elements.
+  /// nodes: local node indices; x, f: current positions and forces, 3 contiguous doubles per node;
+  /// X: reference positions, the same layout, may be null if !uses_reference().
+  /// A node may occur in any number of elements. f must not overlap x or X.
+  virtual void add_forces(int n, const int (*nodes)[8], const double *x, const double *X, double *f,
+                          const Output &out) const = 0;
+
+  /// False if the kernel holds the reference shape itself and never reads X.
+  virtual bool uses_reference() const = 0;
+
+  /// Strain energy of one element; X is ignored if !uses_reference().
+  virtual double energy(const HexCoords &x, const HexCoords &X) const = 0;
+
+  /// Cauchy stress at natural coordinates xi; X is ignored if !uses_reference().
+  virtual Mat3 stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi) const = 0;
+
+  virtual const IsotropicElastic &material() const = 0;
+};
+
+/// Corotational linear elasticity: W = 1/2 u.K u with u_a = R^T (x_a - x_0) - (X_a - X_0), R from
+/// the polar decomposition F = R U of the deformation gradient at the element's centre. Forces
+/// contain the derivative of R (see src/corotational.h), stress() is R (C : sym grad u) R^T at xi.
+/// The law is linear in the stretch: it differs from any hyperelastic law with the same constants
+/// at second order in strain.
+class CorotationalKernel : public HexKernel {
+ public:
+  bool uses_reference() const override { return false; }
+  double energy(const HexCoords &x, const HexCoords &X) const override;
+  Mat3 stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi) const override;
+  const IsotropicElastic &material() const override { return elastic; }
+
+  /// The shape that all elements of this kernel have in the reference configuration, node 0 at the
+  /// origin.
+  const HexCoords &reference() const { return shape0; }
+
+ protected:
+  CorotationalKernel(const HexCoords &X, const IsotropicElastic &material);
+
+  IsotropicElastic elastic;
+  HexCoords shape0;
+  Eigen::Matrix<double, 24, 24> K;
+};
+
+/// Congruent boxes (rectangular parallelepipeds) in any common orientation. K is applied after a
+/// Walsh-Hadamard transform over the nodes, where the box's three reflections split it into small
+/// blocks. The fastest kernel.
+/// Throws std::invalid_argument if X is not a box or the material is not valid.
+class BrickKernel : public CorotationalKernel {
+ public:
+  BrickKernel(const HexCoords &X, const IsotropicElastic &material);
+  ~BrickKernel() override;
+  void add_forces(int n, const int (*nodes)[8], const double *x, const double *X, double *f,
+                  const Output &out) const override;
+
+ private:
+  struct Data;
+  std::unique_ptr<const Data> data;
+};
+
+/// Congruent hexahedra of any valid shape, equal up to translation, with one dense K.
+/// Throws std::invalid_argument if X is a bad hexahedron (check_hex) or the material is not valid.
+class CongruentKernel : public CorotationalKernel {
+ public:
+  CongruentKernel(const HexCoords &X, const IsotropicElastic &material);
+  ~CongruentKernel() override;
+  void add_forces(int n, const int (*nodes)[8], const double *x, const double *X, double *f,
+                  const Output &out) const override;
+
+ private:
+  struct Data;
+  std::unique_ptr<const Data> data;
+};
+
+/// Hexahedra of any valid shape, each with its own: total Lagrangian St Venant-Kirchhoff,
+/// S = lambda tr(E) I + 2 mu E with the Green strain E, Cauchy stress F S F^T / det F.
+/// Throws std::invalid_argument if the material is not valid. Reference shapes are not checked in
+/// add_forces(): use check_hex() when the mesh is read.
+class LagrangianKernel : public HexKernel {
+ public:
+  explicit LagrangianKernel(const IsotropicElastic &material);
+  void add_forces(int n, const int (*nodes)[8], const double *x, const double *X, double *f,
+                  const Output &out) const override;
+  bool uses_reference() const override { return true; }
+  double energy(const HexCoords &x, const HexCoords &X) const override;
+  Mat3 stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi) const override;
+  const IsotropicElastic &material() const override { return elastic; }
+
+ private:
+  IsotropicElastic elastic;
+};
+
+/// True if X is a box: edges orthogonal, opposite edges equal, right-handed; node positions within
+/// tol times its diagonal.
+bool is_box(const HexCoords &X, double tol = 1e-11);
+
+/// True if both are equal up to translation: node positions within tol times the diagonal of A.
+bool congruent(const HexCoords &A, const HexCoords &B, double tol = 1e-11);
+
+/// BrickKernel if X is a box, CongruentKernel otherwise. Throws as their constructors do.
+std::unique_ptr<HexKernel> make_congruent_kernel(const HexCoords &X,
+                                                 const IsotropicElastic &material);
+
+}    // namespace defe::fe
+
+#endif

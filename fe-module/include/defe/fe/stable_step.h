@@ -1,0 +1,22 @@
+#ifndef DEFE_FE_STABLE_STEP_H
+#define DEFE_FE_STABLE_STEP_H
+
+#include "defe/fe/elastic.h"
+#include "defe/fe/topology.h"
+
+namespace defe::fe {
+
+/// Largest eigenfrequency (rad/s) of one free element with lumped mass: sqrt of the largest
+/// eigenvalue of M^-1 K, M = m_e/8. By a dense eigen-solve, exact to rounding. The largest value
+/// over the elements of a mesh is an upper bound of the mesh's largest eigenfrequency (Irons and
+/// Treharne 1971; it holds because the lumped masses of a mesh are sums of element masses).
+/// One call costs some 15 us: call it once per distinct shape.
+double max_frequency(const HexCoords &X, const IsotropicElastic &material);
+
+/// Critical step of central differences (velocity Verlet), 2/max_frequency. Damping or contact
+/// stiffness lower it; a step of 0.9 times this value is customary.
+double critical_step(const HexCoords &X, const IsotropicElastic &material);
+
+}    // namespace defe::fe
+
+#endif

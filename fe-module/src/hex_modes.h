@@ -1,0 +1,171 @@
+#ifndef DEFE_FE_HEX_MODES_H
+#define DEFE_FE_HEX_MODES_H
+
+// The nodal values v_a of a trilinear field and its coefficients by monomials,
+//   v(xi) = sum_m c_m phi_m(xi),  phi_m = product of the natural coordinates whose bit is set in m
+// (bit 0: xi, 1: eta, 2: zeta), are related by a Walsh-Hadamard transform: 8 c_m = sum_a
+// phi_m(a) v_a, v_a = sum_m phi_m(a) c_m. Mode 0 is the mean; modes 1, 2, 4 are the gradient at the
+// centre. With c~_m = 8 c_m on the way in, and forces f_a = sum_m phi_m(a) g_m on the way out,
+// sum_a f_a . v_a = sum_m g_m . c~_m: no factors of 8 in the loops.
+
+#include "defe/fe/kernel.h"
+#include "defe/simd.h"
+
+#include <cstddef>
+#include <type_traits>
+
+#define DEFE_INLINE inline __attribute__((always_inline))
+
+namespace defe::fe {
+
+using simd::Pack;
+
+/// The node at each corner; a corner's bits are set where its natural coordinate is +1.
+inline constexpr int hex_corner_node[8] = {0, 1, 3, 2, 4, 5, 7, 6};
+
+/// phi_m at node a.
+constexpr int hex_mode(int m, int a)
+{
+  return (m & 1 ? hex_sign[a][0] : 1) * (m & 2 ? hex_sign[a][1] : 1) *
+      (m & 4 ? hex_sign[a][2] : 1);
+}
+
+/// v[corner] -> v~[mode], in place.
+DEFE_INLINE void nodes_to_modes(Pack v[8])
+{
+  for (int bit = 1; bit < 8; bit *= 2)
+    for (int i = 0; i < 8; ++i)
+      if (!(i & bit)) {
+        const Pack minus = v[i], plus = v[i | bit];
+        v[i] = plus + minus;
+        v[i | bit] = plus - minus;
+      }
+}
+
+/// g[mode] -> f[corner], in place: the transpose of the above.
+DEFE_INLINE void modes_to_nodes(Pack g[8])
+{
+  for (int bit = 1; bit < 8; bit *= 2)
+    for (int i = 0; i < 8; ++i)
+      if (!(i & bit)) {
+        const Pack even = g[i], odd = g[i | bit];
+        g[i] = even - odd;
+        g[i | bit] = even + odd;
+      }
+}
+
+/// Element of each lane: the last pack of a list is filled up with its last element, whose copies
+/// are computed and dropped.
+struct LaneElements {
+  const int (*nodes)[8];
+  int valid;
+
+  int index(int l) const { return l < valid ? l : valid - 1; }
+};
+
+/// v~[component][mode] of a nodal vector (3 doubles per node) relative to its value at node 0.
+/// The differences come first: sums of absolute coordinates would lose digits. Mode 0 is left
+/// meaningless: nothing in an element depends on it.
+DEFE_INLINE void gather_modes(const LaneElements &elements, const double *vector, Pack v[3][8])
+{
+  const double *origin[simd::width];
+  for (int l = 0; l < simd::width; ++l)
+    origin[l] = vector + 3 * static_cast<std::ptrdiff_t>(elements.nodes[elements.index(l)][0]);
+  Pack v0[3];
+  for (int i = 0; i < 3; ++i) {
+    v0[i] = simd::generate([&](int l) { return origin[l][i]; });
+    v[i][0] = Pack{};
+  }
+  for (int corner = 1; corner < 8; ++corner) {
+    const double *node[simd::width];
+    for (int l = 0; l < simd::width; ++l)
+      node[l] = vector +
+          3 * static_cast<std::ptrdiff_t>(elements.nodes[elements.index(l)][hex_corner_node[corner]]);
+    for (int i = 0; i < 3; ++i)
+      v[i][corner] = simd::generate([&](int l) { return node[l][i]; }) - v0[i];
+  }
+  for (int i = 0; i < 3; ++i) nodes_to_modes(v[i]);
+}
+
+/// f_a += sum_m phi_m(a) g_m; destroys g.
+DEFE_INLINE void scatter_modes(const LaneElements &elements, Pack g[3][8], double *f)
+{
+  for (int i = 0; i < 3; ++i) modes_to_nodes(g[i]);
+  for (int l = 0; l < elements.valid; ++l)
+    for (int corner = 0; corner < 8; ++corner) {
+      double *node =
+          f + 3 * static_cast<std::ptrdiff_t>(elements.nodes[l][hex_corner_node[corner]]);
+      for (int i = 0; i < 3; ++i) node[i] += simd::lane(g[i][corner], l);
+    }
+}
+
+/// One value per element.
+DEFE_INLINE void store_lanes(const LaneElements &elements, const Pack &p, double *out)
+{
+  for (int l = 0; l < elements.valid; ++l) out[l] = simd::lane(p, l);
+}
+
+/// Gradient by natural coordinates at a Gauss point of a field with modes v~: D[i][k] =
+/// 8 dv_i/dxi_k.
+DEFE_INLINE void gradient_at_gauss_point(const Pack v[3][8], int point, Pack D[3][3])
+{
+  constexpr double g = 0.57735026918962576451;    // 1/sqrt(3)
+  for (int k = 0; k < 3; ++k) {
+    const int a = (k + 1) % 3, b = (k + 2) % 3;
+    const double s = hex_sign[point][a] * g, t = hex_sign[point][b] * g;
+    const int m = 1 << k, ma = 1 << a, mb = 1 << b;
+    for (int i = 0; i < 3; ++i)
+      D[i][k] = v[i][m] + s * v[i][m | ma] + t * v[i][m | mb] + (s * t) * v[i][7];
+  }
+}
+
+/// max_principal_bound() of a symmetric tensor (xx yy zz xy xz yz).
+DEFE_INLINE Pack symmetric_bound(const Pack s[6])
+{
+  const Pack p = (s[0] + s[1] + s[2]) * (1.0 / 3.0);
+  const Pack dx = s[0] - p, dy = s[1] - p, dz = s[2] - p;
+  const Pack J2 =
+      0.5 * (dx * dx + dy * dy + dz * dz) + (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]);
+  return p + 2.0 * simd::sqrt(J2 * (1.0 / 3.0));
+}
+
+/// virial (xx yy zz xy xz yz) += sum over nodes of y_a f_a = sum over modes, for the elements that
+/// are there. Symmetric because the moments of f balance.
+DEFE_INLINE void add_virial(const LaneElements &elements, const Pack y[3][8],
+                            const Pack force[3][8], Pack virial[6])
+{
+  constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+  const Pack there = simd::generate([&](int l) { return l < elements.valid ? 1.0 : 0.0; });
+  for (int k = 0; k < 6; ++k) {
+    Pack sum = Pack{};
+    for (int m = 1; m < 8; ++m) sum += y[row[k]][m] * force[column[k]][m];
+    virial[k] += there * sum;
+  }
+}
+
+DEFE_INLINE void sum_lanes(const Pack virial[6], double out[6])
+{
+  for (int k = 0; k < 6; ++k)
+    for (int l = 0; l < simd::width; ++l) out[k] += simd::lane(virial[k], l);
+}
+
+/// Calls f(energy, bound, virial) with std::true_type or std::false_type for each wanted output:
+/// in the loops, what nobody wants shall cost nothing.
+template <class F> void choose_outputs(const HexKernel::Output &out, const F &f)
+{
+  const auto choose = [](bool wanted, const auto &next) {
+    if (wanted)
+      next(std::true_type());
+    else
+      next(std::false_type());
+  };
+  choose(out.energy, [&](auto energy) {
+    choose(out.stress_bound, [&](auto bound) {
+      choose(out.virial, [&](auto virial) { f(energy, bound, virial); });
+    });
+  });
+}
+
+}    // namespace defe::fe
+
+#endif

@@ -1,0 +1,268 @@
+#include "defe/fe/hex8.h"
+#include "hex_modes.h"
+
+#include <limits>
+#include <stdexcept>
+
+// Total Lagrangian St Venant-Kirchhoff in convected coordinates, one element per lane.
+//
+// With the columns of the two Jacobian matrices X_i = dX/dxi_i, x_i = dx/dxi_i = X_i + u_i and the
+// metric G_ij = X_i . X_j (inverse G^ij), Green's strain has the covariant components
+//   E_ij = (x_i . x_j - X_i . X_j)/2 = (u_i . M_j + M_i . u_j)/2,  M_i = (X_i + x_i)/2,
+// the second form without cancellation. Then
+//   S^ij = lambda (G^kl E_kl) G^ij + 2 mu G^ik E_kl G^lj,  W = sum over points of J S^ij E_ij / 2,
+//   dW/dx_i = J S^ij x_j with J = det(X_1 X_2 X_3).
+// This needs neither F nor gradients by X. By the symmetry of S the moments of the forces balance.
+//
+// x_1 does not depend on xi (and so on): there are 3 x 4 different tangent vectors at the eight
+// Gauss points, and they come from the modes (hex_modes.h) in two butterflies.
+
+namespace defe::fe {
+
+namespace {
+
+  constexpr double gauss = 0.57735026918962576451;    // 1/sqrt(3)
+
+  // Tangents at the Gauss points times 8: t[k][q][i] = component i of 8 dv/dxi_k, where bit 0 of q
+  // is the sign of xi_(k+1) and bit 1 that of xi_(k+2) (cyclic).
+  using Tangents = Pack[3][4][3];
+
+  DEFE_INLINE int tangent_index(int point, int k)
+  {
+    return (hex_sign[point][(k + 1) % 3] > 0 ? 1 : 0) + (hex_sign[point][(k + 2) % 3] > 0 ? 2 : 0);
+  }
+
+  DEFE_INLINE void modes_to_tangents(const Pack v[3][8], Tangents t)
+  {
+    for (int k = 0; k < 3; ++k) {
+      const int m = 1 << k, ma = 1 << (k + 1) % 3, mb = 1 << (k + 2) % 3;
+      for (int i = 0; i < 3; ++i) {
+        const Pack a0 = v[i][m] - gauss * v[i][m | ma];
+        const Pack a1 = v[i][m] + gauss * v[i][m | ma];
+        const Pack b0 = v[i][m | mb] - gauss * v[i][7];
+        const Pack b1 = v[i][m | mb] + gauss * v[i][7];
+        t[k][0][i] = a0 - gauss * b0;
+        t[k][1][i] = a1 - gauss * b1;
+        t[k][2][i] = a0 + gauss * b0;
+        t[k][3][i] = a1 + gauss * b1;
+      }
+    }
+  }
+
+  // The transpose: g[i][m] = - sum over points of t_k dphi_m/dxi_k.
+  DEFE_INLINE void tangents_to_forces(const Tangents t, Pack g[3][8])
+  {
+    for (int i = 0; i < 3; ++i) {
+      g[i][0] = g[i][3] = g[i][5] = g[i][6] = g[i][7] = Pack{};
+      for (int k = 0; k < 3; ++k) {
+        const int m = 1 << k, ma = 1 << (k + 1) % 3, mb = 1 << (k + 2) % 3;
+        const Pack a0 = t[k][0][i] + t[k][2][i], a1 = t[k][1][i] + t[k][3][i];
+        const Pack b0 = t[k][2][i] - t[k][0][i], b1 = t[k][3][i] - t[k][1][i];
+        g[i][m] = -(a0 + a1);
+        g[i][m | ma] -= gauss * (a1 - a0);
+        g[i][m | mb] -= gauss * (b0 + b1);
+        g[i][7] -= (gauss * gauss) * (b1 - b0);
+      }
+    }
+  }
+
+  DEFE_INLINE void cross(const Pack a[3], const Pack b[3], Pack c[3])
+  {
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+  }
+
+  DEFE_INLINE Pack dot(const Pack a[3], const Pack b[3])
+  {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  }
+
+  // One point of the element. All tangents are those above, 8 times too long; S^ij is then 64
+  // times too small, which makes up for it wherever two of them meet.
+  struct Point {
+    Pack x[3][3];          // x_k, by k and component
+    Pack Sx[3][3];         // S^kl x_l, by k and component
+    Pack J;                // det(dX/dxi)
+    Pack volume_change;    // det(dx/dX)
+    Pack energy;           // per reference volume
+
+    DEFE_INLINE Point(const Pack X[3][3], const Pack u[3][3], double lambda, double mu)
+    {
+      Pack M[3][3], n[3][3], nx[3];
+      for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < 3; ++i) {
+          x[k][i] = X[k][i] + u[k][i];
+          M[k][i] = X[k][i] + 0.5 * u[k][i];
+        }
+      for (int k = 0; k < 3; ++k) cross(X[(k + 1) % 3], X[(k + 2) % 3], n[k]);
+      const Pack det = dot(X[0], n[0]), inverse = 1.0 / det;
+      J = det * (1.0 / 512.0);
+      cross(x[1], x[2], nx);
+      volume_change = dot(x[0], nx) * inverse;
+
+      Pack G[3][3], E[3][3], A[3][3], S[3][3];    // G^kl, E_kl, A^k_l = G^km E_ml, S^kl
+      for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < 3; ++i) n[k][i] *= inverse;
+      for (int k = 0; k < 3; ++k)
+        for (int l = k; l < 3; ++l) {
+          G[k][l] = G[l][k] = dot(n[k], n[l]);
+          E[k][l] = E[l][k] = 0.5 * (dot(u[k], M[l]) + dot(M[k], u[l]));
+        }
+      for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l)
+          A[k][l] = G[k][0] * E[0][l] + G[k][1] * E[1][l] + G[k][2] * E[2][l];
+      const Pack trace = A[0][0] + A[1][1] + A[2][2];
+      for (int k = 0; k < 3; ++k)
+        for (int l = k; l < 3; ++l)
+          S[k][l] = S[l][k] = (lambda * trace) * G[k][l] +
+              (2.0 * mu) * (A[k][0] * G[0][l] + A[k][1] * G[1][l] + A[k][2] * G[2][l]);
+      for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < 3; ++i)
+          Sx[k][i] = S[k][0] * x[0][i] + S[k][1] * x[1][i] + S[k][2] * x[2][i];
+      energy = 0.5 * (S[0][0] * E[0][0] + S[1][1] * E[1][1] + S[2][2] * E[2][2]) +
+          (S[0][1] * E[0][1] + S[0][2] * E[0][2] + S[1][2] * E[1][2]);
+    }
+
+    // max_principal_bound() of the Cauchy stress S^kl x_k x_l / det(dx/dX)
+    DEFE_INLINE Pack stress_bound() const
+    {
+      Pack s[6];
+      constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+      for (int c = 0; c < 6; ++c)
+        s[c] = x[0][row[c]] * Sx[0][column[c]] + x[1][row[c]] * Sx[1][column[c]] +
+            x[2][row[c]] * Sx[2][column[c]];
+      return symmetric_bound(s) / volume_change;
+    }
+  };
+
+  template <bool with_energy, bool with_bound, bool with_virial>
+  void add_lagrangian_forces(const IsotropicElastic &material, int n, const int (*nodes)[8],
+                             const double *x, const double *X, double *f,
+                             const HexKernel::Output &out)
+  {
+    constexpr int W = simd::width;
+    const double lambda = material.lambda(), mu = material.mu();
+    int first_lost = -1;
+    Pack virial[6] = {};
+
+    for (int first = 0; first < n; first += W) {
+      const LaneElements elements{nodes + first, n - first < W ? n - first : W};
+
+      Pack Y[3][8], y[3][8], u[3][8];
+      gather_modes(elements, X, Y);
+      gather_modes(elements, x, y);
+      for (int i = 0; i < 3; ++i)
+        for (int m = 1; m < 8; ++m) u[i][m] = y[i][m] - Y[i][m];
+
+      Tangents tX, tu, tf;
+      modes_to_tangents(Y, tX);
+      modes_to_tangents(u, tu);
+      for (auto &k : tf)
+        for (auto &q : k)
+          for (Pack &i : q) i = Pack{};
+
+      simd::Mask valid = simd::always();
+      Pack energy = Pack{}, bound = Pack{};
+      for (int a = 0; a < 8; ++a) {
+        Pack Xk[3][3], uk[3][3];
+        for (int k = 0; k < 3; ++k)
+          for (int i = 0; i < 3; ++i) {
+            Xk[k][i] = tX[k][tangent_index(a, k)][i];
+            uk[k][i] = tu[k][tangent_index(a, k)][i];
+          }
+        const Point point(Xk, uk, lambda, mu);
+        valid &= point.volume_change > 0.0;
+        for (int k = 0; k < 3; ++k)
+          for (int i = 0; i < 3; ++i) tf[k][tangent_index(a, k)][i] += point.J * point.Sx[k][i];
+        if constexpr (with_energy) energy += point.J * point.energy;
+        if constexpr (with_bound)
+          if (out.bound_at_gauss_points) {
+            const Pack here = point.stress_bound();
+            bound = a == 0 ? here : simd::max(here, bound);
+          }
+      }
+
+      Pack poison = Pack{};
+      if (__builtin_expect(simd::any(simd::inverse(valid)), false)) {
+        poison = simd::select(valid, poison,
+                              simd::broadcast(std::numeric_limits<double>::quiet_NaN()));
+        if (first_lost < 0)
+          for (int l = elements.valid - 1; l >= 0; --l)
+            if (!simd::lane(valid, l)) first_lost = first + l;
+      }
+
+      if constexpr (with_energy) store_lanes(elements, energy + poison, out.energy + first);
+      if constexpr (with_bound) {
+        if (!out.bound_at_gauss_points) {
+          Pack Xk[3][3], uk[3][3];
+          for (int k = 0; k < 3; ++k)
+            for (int i = 0; i < 3; ++i) {
+              Xk[k][i] = Y[i][1 << k];
+              uk[k][i] = u[i][1 << k];
+            }
+          bound = Point(Xk, uk, lambda, mu).stress_bound();
+        }
+        store_lanes(elements, bound + poison, out.stress_bound + first);
+      }
+
+      Pack force[3][8];
+      tangents_to_forces(tf, force);
+      for (int i = 0; i < 3; ++i) force[i][7] += poison;
+      if constexpr (with_virial) add_virial(elements, y, force, virial);
+      scatter_modes(elements, force, f);
+    }
+
+    if constexpr (with_virial) sum_lanes(virial, out.virial);
+    if (out.inverted) *out.inverted = first_lost;
+  }
+
+  Mat3 deformation_gradient(const HexCoords &x, const HexCoords &X, const Vec3 &xi)
+  {
+    return jacobian(x.colwise() - x.col(0), xi) * jacobian(X.colwise() - X.col(0), xi).inverse();
+  }
+
+  // second Piola-Kirchhoff stress
+  Mat3 piola_kirchhoff(const Mat3 &green, const IsotropicElastic &material)
+  {
+    Mat3 S = 2.0 * material.mu() * green;
+    S.diagonal().array() += material.lambda() * green.trace();
+    return S;
+  }
+
+}    // namespace
+
+LagrangianKernel::LagrangianKernel(const IsotropicElastic &material) : elastic(material)
+{
+  const std::string complaint = material.validate();
+  if (!complaint.empty()) throw std::invalid_argument(complaint);
+}
+
+void LagrangianKernel::add_forces(int n, const int (*nodes)[8], const double *x, const double *X,
+                                  double *f, const Output &out) const
+{
+  choose_outputs(out, [&](auto energy, auto bound, auto virial) {
+    add_lagrangian_forces<energy(), bound(), virial()>(elastic, n, nodes, x, X, f, out);
+  });
+}
+
+double LagrangianKernel::energy(const HexCoords &x, const HexCoords &X) const
+{
+  double sum = 0.0;
+  for (const Vec3 &xi : gauss_points()) {
+    const Mat3 F = deformation_gradient(x, X, xi);
+    const Mat3 green = 0.5 * (F.transpose() * F - Mat3::Identity());
+    const double J = jacobian(X.colwise() - X.col(0), xi).determinant();
+    sum += 0.5 * J * piola_kirchhoff(green, elastic).cwiseProduct(green).sum();
+  }
+  return sum;
+}
+
+Mat3 LagrangianKernel::stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi) const
+{
+  const Mat3 F = deformation_gradient(x, X, xi);
+  const Mat3 green = 0.5 * (F.transpose() * F - Mat3::Identity());
+  return F * piola_kirchhoff(green, elastic) * F.transpose() / F.determinant();
+}
+
+}    // namespace defe::fe

@@ -1,0 +1,169 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "compute_defe_atom.h"
+
+#include "fix_defe.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "memory.h"
+#include "modify.h"
+#include "update.h"
+
+#include "defe/fe/principal.h"
+
+#include <cmath>
+#include <map>
+
+using namespace LAMMPS_NS;
+
+/* ---------------------------------------------------------------------- */
+
+ComputeDefeAtom::ComputeDefeAtom(LAMMPS *lmp, int narg, char **arg) : Compute(lmp, narg, arg)
+{
+  static const std::map<std::string, Quantity> names = {
+      {"damage", DAMAGE},   {"connective", CONNECTIVE}, {"cohesive", COHESIVE},
+      {"contact", CONTACT}, {"ties", TIES},             {"element", ELEMENT},
+      {"elements", ELEMENTS}, {"vonmises", VONMISES},   {"s1", S1}};
+  if (narg < 4) utils::missing_cmd_args(FLERR, "compute defe/atom", error);
+  for (int k = 3; k < narg; k++) {
+    auto found = names.find(arg[k]);
+    if (found == names.end())
+      error->all(FLERR,
+                 "Unknown compute defe/atom quantity {}: use damage, connective, cohesive, contact, "
+                 "ties, element, elements, vonmises or s1",
+                 arg[k]);
+    what.push_back(found->second);
+    stresses = stresses || found->second == VONMISES || found->second == S1;
+  }
+  peratom_flag = 1;
+  size_peratom_cols = what.size() == 1 ? 0 : static_cast<int>(what.size());
+  comm_reverse = 7;
+}
+
+ComputeDefeAtom::~ComputeDefeAtom()
+{
+  if (what.size() == 1)
+    memory->destroy(vector_atom);
+  else
+    memory->destroy(array_atom);
+  memory->destroy(sum);
+}
+
+void ComputeDefeAtom::init()
+{
+  auto fixes = modify->get_fix_by_style("^defe$");
+  if (fixes.empty()) error->all(FLERR, "Compute defe/atom needs a fix defe");
+  fix = dynamic_cast<FixDefe *>(fixes.front());
+}
+
+/* ---------------------------------------------------------------------- */
+
+void ComputeDefeAtom::compute_peratom()
+{
+  invoked_peratom = update->ntimestep;
+  const int nlocal = atom->nlocal;
+  const int nall = nlocal + atom->nghost;
+  const int ncol = static_cast<int>(what.size());
+
+  if (atom->nmax > nmax) {
+    nmax = atom->nmax;
+    if (ncol == 1) {
+      memory->destroy(vector_atom);
+      memory->create(vector_atom, nmax, "defe/atom:vector");
+    } else {
+      memory->destroy(array_atom);
+      memory->create(array_atom, nmax, ncol, "defe/atom:array");
+    }
+    memory->destroy(sum);
+    memory->create(sum, nmax, 7, "defe/atom:sum");
+  }
+
+  // mean over the elements at a node of the stress at their centres
+
+  if (stresses) {
+    for (int i = 0; i < nall; i++)
+      for (int k = 0; k < 7; k++) sum[i][k] = 0.0;
+    for (int i = 0; i < nlocal; i++)
+      for (const auto &h : fix->hexes_of(i)) {
+        double centre[3], s[6], s1;
+        int idx[8];
+        if (!fix->local_hex(h, i, idx)) continue;
+        fix->centre_stress(h, centre, s, s1);
+        for (int a : idx) {
+          for (int k = 0; k < 6; k++) sum[a][k] += s[k];
+          sum[a][6] += 1.0;
+        }
+      }
+    comm->reverse_comm(this);
+  }
+
+  for (int i = 0; i < nlocal; i++) {
+    const auto *de = (atom->mask[i] & groupbit) ? fix->de_record(i) : nullptr;
+    const bool in = atom->mask[i] & groupbit;
+    int count[4] = {0, 0, 0, 0};
+    if (de)
+      for (const auto &slot : de->slot) {
+        if (slot.kind == DefeJoint::TIE) count[3]++;
+        if (slot.kind == DefeJoint::DE) count[static_cast<int>(slot.state)]++;
+      }
+    for (int c = 0; c < ncol; c++) {
+      double value = 0.0;
+      if (in) switch (what[c]) {
+          case DAMAGE: {
+            const int joints = count[0] + count[1] + count[2] + count[3];
+            if (joints) value = static_cast<double>(count[1] + count[2]) / joints;
+          } break;
+          case CONNECTIVE: value = count[0]; break;
+          case COHESIVE: value = count[1]; break;
+          case CONTACT: value = count[2]; break;
+          case TIES: value = count[3]; break;
+          case ELEMENT: value = de ? static_cast<double>(de->element) : 0.0; break;
+          case ELEMENTS: value = static_cast<double>(fix->elements_at(i)); break;
+          default: {
+            if (sum[i][6] == 0.0) break;
+            double s[6];
+            for (int k = 0; k < 6; k++) s[k] = sum[i][k] / sum[i][6];
+            if (what[c] == VONMISES) {
+              value = std::sqrt(0.5 * ((s[0] - s[1]) * (s[0] - s[1]) + (s[1] - s[2]) * (s[1] - s[2]) +
+                                       (s[2] - s[0]) * (s[2] - s[0])) +
+                                3.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
+            } else {
+              defe::Mat3 m;
+              m << s[0], s[3], s[4], s[3], s[1], s[5], s[4], s[5], s[2];
+              value = defe::fe::max_principal(m);
+            }
+          }
+        }
+      if (ncol == 1)
+        vector_atom[i] = value;
+      else
+        array_atom[i][c] = value;
+    }
+  }
+}
+
+int ComputeDefeAtom::pack_reverse_comm(int n, int first, double *buf)
+{
+  int m = 0;
+  for (int i = first; i < first + n; i++)
+    for (int k = 0; k < 7; k++) buf[m++] = sum[i][k];
+  return m;
+}
+
+void ComputeDefeAtom::unpack_reverse_comm(int n, int *list, double *buf)
+{
+  int m = 0;
+  for (int ii = 0; ii < n; ii++)
+    for (int k = 0; k < 7; k++) sum[list[ii]][k] += buf[m++];
+}
+
+double ComputeDefeAtom::memory_usage()
+{
+  return static_cast<double>(nmax) * (what.size() + 7) * sizeof(double);
+}

@@ -1,0 +1,160 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "create_hexes.h"
+
+#include "fix_defe.h"
+
+#include "atom.h"
+#include "atom_vec.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "irregular.h"
+#include "modify.h"
+
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+/* ----------------------------------------------------------------------
+   node lines of one axis: start, then pairs (number of elements, end)
+------------------------------------------------------------------------- */
+
+std::vector<double> CreateHexes::lines(int &iarg, int narg, char **arg, const char *axis)
+{
+  if (iarg >= narg || strcmp(arg[iarg], axis) != 0)
+    error->all(FLERR, "Command create_hexes: expected '{} START N END ...'", axis);
+  iarg++;
+  if (iarg >= narg) utils::missing_cmd_args(FLERR, std::string("create_hexes ") + axis, error);
+  std::vector<double> x{utils::numeric(FLERR, arg[iarg++], false, lmp)};
+  while (iarg + 1 < narg && utils::is_integer(arg[iarg])) {
+    const int n = utils::inumeric(FLERR, arg[iarg], false, lmp);
+    const double from = x.back();
+    const double to = utils::numeric(FLERR, arg[iarg + 1], false, lmp);
+    if (n < 1) error->all(FLERR, "Command create_hexes {}: {} elements in a segment", axis, n);
+    if (!(to > from) || !std::isfinite(to))
+      error->all(FLERR, "Command create_hexes {}: segment from {} to {} must go up", axis, from,
+                 to);
+    for (int k = 1; k <= n; k++)
+      x.push_back(k == n ? to : from + (to - from) * (static_cast<double>(k) / n));
+    iarg += 2;
+  }
+  if (x.size() < 2)
+    error->all(FLERR, "Command create_hexes {}: give START N END, N an integer", axis);
+  return x;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void CreateHexes::command(int narg, char **arg)
+{
+  if (domain->box_exist == 0)
+    error->all(FLERR, "Command create_hexes must come after create_box or read_data");
+  if (narg < 3) utils::missing_cmd_args(FLERR, "create_hexes", error);
+
+  auto fix = dynamic_cast<FixDefe *>(modify->get_fix_by_id(arg[0]));
+  if (!fix) error->all(FLERR, "Command create_hexes: {} is not the ID of a fix defe", arg[0]);
+  const int part = fix->find_part(arg[1]);
+  if (part < 0) error->all(FLERR, "Command create_hexes: fix {} has no part {}", arg[0], arg[1]);
+  const int type = utils::inumeric(FLERR, arg[2], false, lmp);
+  if (type < 1 || type > atom->ntypes)
+    error->all(FLERR, "Command create_hexes: atom type {} does not exist (1 to {})", type,
+               atom->ntypes);
+  if (fix->des_total > 0)
+    error->all(FLERR, "Command create_hexes: all meshes must be made before elements convert");
+  int iarg = 3;
+  std::vector<double> line[3];
+  line[0] = lines(iarg, narg, arg, "x");
+  line[1] = lines(iarg, narg, arg, "y");
+  line[2] = lines(iarg, narg, arg, "z");
+  if (iarg < narg) error->all(FLERR, "Command create_hexes: unknown word {}", arg[iarg]);
+
+  const bigint n[3] = {static_cast<bigint>(line[0].size()), static_cast<bigint>(line[1].size()),
+                       static_cast<bigint>(line[2].size())};
+  const bigint nodes = n[0] * n[1] * n[2];
+  const bigint first_hex = fix->last_hex_id();
+  tagint mine = 0, last_tag = 0;
+  for (int i = 0; i < atom->nlocal; i++) mine = MAX(mine, atom->tag[i]);
+  MPI_Allreduce(&mine, &last_tag, 1, MPI_LMP_TAGINT, MPI_MAX, world);
+  if (static_cast<bigint>(last_tag) + nodes > MAXTAGINT)
+    error->all(FLERR, "Command create_hexes: too many nodes for the atom IDs of this LAMMPS");
+
+  // sub-domains at the border of a non-periodic box are open-ended, as in read_data
+
+  if (comm->nprocs > 0) {
+    domain->init();
+    domain->set_local_box();
+  }
+  const int periodic[3] = {domain->xperiodic, domain->yperiodic, domain->zperiodic};
+  double lo[3], hi[3];
+  for (int k = 0; k < 3; k++) {
+    lo[k] = domain->sublo[k];
+    hi[k] = domain->subhi[k];
+    if (!periodic[k]) {
+      if (domain->sublo[k] == domain->boxlo[k]) lo[k] = -HUGE_VAL;
+      if (domain->subhi[k] == domain->boxhi[k]) hi[k] = HUGE_VAL;
+    }
+  }
+
+  const int nlocal_before = atom->nlocal;
+  auto tag_of = [&](bigint i, bigint j, bigint k) {
+    return static_cast<tagint>(last_tag + 1 + i + n[0] * (j + n[1] * k));
+  };
+  for (bigint k = 0; k < n[2]; k++)
+    for (bigint j = 0; j < n[1]; j++)
+      for (bigint i = 0; i < n[0]; i++) {
+        const double ref[3] = {line[0][i], line[1][j], line[2][k]};
+        double x[3] = {ref[0], ref[1], ref[2]};
+        imageint image = ((imageint) IMGMAX << IMG2BITS) | ((imageint) IMGMAX << IMGBITS) | IMGMAX;
+        domain->remap(x, image);
+        bool inside = true;
+        for (int d = 0; d < 3; d++) inside = inside && x[d] >= lo[d] && x[d] < hi[d];
+        if (!inside) continue;
+        atom->avec->create_atom(type, x);
+        const int me = atom->nlocal - 1;
+        atom->tag[me] = tag_of(i, j, k);
+        atom->image[me] = image;
+        atom->radius[me] = 0.0;
+        atom->rmass[me] = 1.0;    // the lumped mass follows with the topology
+        modify->create_attribute(me);
+        fix->set_reference(me, ref);
+        if (i + 1 < n[0] && j + 1 < n[1] && k + 1 < n[2]) {
+          const tagint node[8] = {tag_of(i, j, k),         tag_of(i + 1, j, k),
+                                  tag_of(i + 1, j + 1, k), tag_of(i, j + 1, k),
+                                  tag_of(i, j, k + 1),     tag_of(i + 1, j, k + 1),
+                                  tag_of(i + 1, j + 1, k + 1), tag_of(i, j + 1, k + 1)};
+          const bigint hexid = first_hex + 1 + i + (n[0] - 1) * (j + (n[1] - 1) * k);
+          fix->add_hex(me, static_cast<tagint>(hexid), part, node);
+        }
+      }
+  fix->mesh_changed();
+
+  bigint created = atom->nlocal - nlocal_before, all = 0;
+  MPI_Allreduce(&created, &all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (all != nodes)
+    error->all(FLERR, "Command create_hexes made {} of {} nodes: is the mesh inside the box?", all,
+               nodes);
+  bigint nblocal = atom->nlocal;
+  MPI_Allreduce(&nblocal, &atom->natoms, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  atom->nghost = 0;
+  atom->map_init();
+  atom->map_set();
+
+  // the first setup shrinks a shrink-wrapped box, and exchange moves atoms by one sub-domain only
+
+  if (domain->nonperiodic == 2) {
+    domain->reset_box();
+    Irregular irregular(lmp);
+    irregular.migrate_atoms(1);
+    atom->map_init();
+    atom->map_set();
+  }
+
+  if (comm->me == 0)
+    utils::logmesg(lmp, "Created {} hexahedra and {} nodes of part {}\n",
+                   (n[0] - 1) * (n[1] - 1) * (n[2] - 1), nodes, arg[1]);
+}

@@ -1,0 +1,67 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifndef LMP_DEFE_RECORDS_H
+#define LMP_DEFE_RECORDS_H
+
+#include "lmptype.h"
+
+#include "defe/coupling/shielding.h"
+
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/** What travels with an element: it is kept by the atom that is its first node. */
+struct HexPod {
+  tagint id;
+  tagint node[8];           // atom IDs, order of Abaqus C3D8
+  tagint nb[6];             // element behind each face: > 0 finite, 0 free surface, < 0 converted
+  signed char nbface[6];    // the face seen from that element
+  signed char nbrot[6];     // position, on that face, of the first node of ours
+  int part;                 // index into FixDefe::parts
+};
+
+struct HexRecord : HexPod {
+  int kernel = -1;                      // index into FixDefe::kernels, -1 = look it up again
+  std::vector<defe::Shield> shields;    // recent conversions beside it
+};
+
+namespace DefeJoint {
+  enum Kind : signed char { NONE = 0, DE = 1, TIE = 2 };
+  enum State : signed char { CONNECTIVE = 0, COHESIVE = 1, CONTACT = 2 };
+}    // namespace DefeJoint
+
+/** One of the six joint slots of a discrete element.
+    Slot 2*a (2*a+1) looks along the negative (positive) natural axis a of its element. */
+struct JointSlot {
+  tagint other;           // DE: its atom ID;  TIE: the ID of the element
+  tagint face_node[4];    // TIE: nodes of the face, from the DE's own corner node onwards
+  double area;            // reference area of the joint
+  double face[3];         // reference vector from the DE to the middle of the quarter face
+  double normal[3];       // reference unit normal of the quarter face, pointing out of the DE
+  double cohesive[6];     // defe::CohesiveState: e_n, e_s[3], s0, kappa
+  double length0;         // joint length at which e_n vanishes
+  double stored, lost;    // COHESIVE: stored energy, dissipated so far (J), kept by the lower tag
+  signed char kind, state;
+  signed char partner;    // slot of the joint on the other DE (also of the one a TIE becomes)
+  signed char corner;     // corner of the other element at the common node
+};
+
+/** What travels with a discrete element. Plain data: packed as bytes. */
+struct DERecord {
+  tagint element;    // the element it came from
+  int corner;        // 0..7
+  int part;
+  double volume;     // reference volume
+  int newborn;       // 1 until the first force evaluation (energy of conversion)
+  int pad;
+  JointSlot slot[6];
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,92 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+
+   Plugin entry: 'plugin load defeplugin.so' in a LAMMPS input script.
+------------------------------------------------------------------------- */
+
+#include "lammpsplugin.h"
+
+#include "defe_build_info.h"
+
+#include "comm.h"
+#include "error.h"
+#include "lammps.h"
+#include "version.h"
+
+#include "compute_defe_atom.h"
+#include "compute_defe_hex_local.h"
+#include "create_hexes.h"
+#include "fix_defe.h"
+#include "pair_defe_joint.h"
+
+#include <mpi.h>
+
+#include <cstring>
+#include <string>
+
+using namespace LAMMPS_NS;
+
+template <class T> static void *one_argument(LAMMPS *lmp)
+{
+  return new T(lmp);
+}
+
+template <class T> static void *with_arguments(LAMMPS *lmp, int narg, char **arg)
+{
+  return new T(lmp, narg, arg);
+}
+
+extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
+{
+  auto *lammps = static_cast<LAMMPS *>(lmp);
+
+  // a plugin of another LAMMPS or MPI loads, and crashes later
+
+  char library[MPI_MAX_LIBRARY_VERSION_STRING] = "";
+  int length = 0;
+  MPI_Get_library_version(library, &length);
+  if (strcmp(lammps->version, DEFE_LAMMPS_VERSION) != 0)
+    lammps->error->all(FLERR,
+                       "This defeplugin.so was built for LAMMPS {}, but is loaded by LAMMPS {}: "
+                       "rebuild DEFE with -D LAMMPS_SOURCE_DIR of this LAMMPS",
+                       DEFE_LAMMPS_VERSION, lammps->version);
+  if (!strstr(library, DEFE_MPI_ID))
+    lammps->error->all(FLERR,
+                       "This defeplugin.so was built with {}, but LAMMPS runs with {}: rebuild DEFE "
+                       "with the MPI of this LAMMPS",
+                       DEFE_MPI_ID, std::string(library).substr(0, 40));
+
+  auto register_plugin = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
+  lammpsplugin_t plugin;
+  plugin.version = LAMMPS_VERSION;
+  plugin.author = "the DEFE developers";
+  plugin.handle = handle;
+
+  auto one = [&](const char *style, const char *name, const char *info, void *(*creator)(LAMMPS *)) {
+    plugin.style = style;
+    plugin.name = name;
+    plugin.info = info;
+    plugin.creator.v1 = reinterpret_cast<lammpsplugin_factory1 *>(creator);
+    (*register_plugin)(&plugin, lmp);
+  };
+  auto two = [&](const char *style, const char *name, const char *info,
+                 void *(*creator)(LAMMPS *, int, char **)) {
+    plugin.style = style;
+    plugin.name = name;
+    plugin.info = info;
+    plugin.creator.v2 = reinterpret_cast<lammpsplugin_factory2 *>(creator);
+    (*register_plugin)(&plugin, lmp);
+  };
+  const char *info = "DEFE " DEFE_VERSION;
+
+  two("fix", "defe", info, with_arguments<FixDefe>);
+  one("pair", "defe/joint", info, one_argument<PairDefeJoint>);
+  one("pair", "defe/connective", info, one_argument<PairDefeConnective>);
+  one("pair", "defe/cohesive", info, one_argument<PairDefeCohesive>);
+  one("pair", "defe/contact", info, one_argument<PairDefeContact>);
+  two("compute", "defe/atom", info, with_arguments<ComputeDefeAtom>);
+  two("compute", "defe/hex/local", info, with_arguments<ComputeDefeHexLocal>);
+  one("command", "create_hexes", info, one_argument<CreateHexes>);
+}

@@ -1,0 +1,1221 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "fix_defe.h"
+
+#include "atom.h"
+#include "atom_vec.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "force.h"
+#include "group.h"
+#include "memory.h"
+#include "modify.h"
+#include "neighbor.h"
+#include "pair.h"
+#include "region.h"
+#include "update.h"
+
+#include "defe/fe/hex8.h"
+#include "defe/fe/principal.h"
+
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+using defe::Mat3;
+using defe::Vec3;
+using defe::fe::HexCoords;
+
+static constexpr int SIZE_VECTOR = 25;
+static constexpr int MAXSHIELD = 26;    // neighbours of a hex
+
+static constexpr int doubles(size_t bytes)
+{
+  return static_cast<int>((bytes + sizeof(double) - 1) / sizeof(double));
+}
+
+static constexpr int HEX_SIZE = doubles(sizeof(HexPod));
+static constexpr int DE_SIZE = doubles(sizeof(DERecord));
+
+// a ghost atom receives one element per round of communication (with its pbc shift)
+static constexpr int FORWARD_SIZE = HEX_SIZE + 1 > 14 ? HEX_SIZE + 1 : 14;
+
+/* ---------------------------------------------------------------------- */
+
+FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
+{
+  if (!atom->radius_flag || !atom->rmass_flag || !atom->omega_flag)
+    error->all(FLERR, "Fix defe keeps nodes and DEs as spheres: use atom_style sphere");
+  if (domain->triclinic) error->all(FLERR, "Fix defe does not support triclinic boxes");
+  if (domain->dimension != 3) error->all(FLERR, "Fix defe needs a three-dimensional box");
+
+  restart_peratom = 1;
+  restart_global = 1;
+  create_attribute = 1;
+  force_reneighbor = 1;
+  next_reneighbor = -1;
+  pre_exchange_migrate = 1;    // it creates and deletes atoms there
+  stores_ids = 1;
+  maxexchange_dynamic = 1;
+  comm_forward = FORWARD_SIZE;
+  comm_reverse = 2;
+  wd_header = 1;
+  wd_section = 1;
+  thermo_energy = 1;
+  energy_global_flag = 1;
+  thermo_virial = 1;
+  virial_global_flag = 1;
+  dynamic_group_allow = 1;
+  time_depend = 1;
+  nevery = 1;
+
+  scalar_flag = 1;
+  extscalar = 1;
+  vector_flag = 1;
+  size_vector = SIZE_VECTOR;
+  extvector = 0;
+  global_freq = 1;
+
+  if (narg < 4) utils::missing_cmd_args(FLERR, "fix defe", error);
+
+  auto material_index = [this](const std::string &name) {
+    for (size_t i = 0; i < materials.size(); i++)
+      if (materials[i].name == name) return static_cast<int>(i);
+    return -1;
+  };
+  auto add_part = [this](const std::string &name, int material) {
+    Part p;
+    p.name = name;
+    p.material = material;
+    parts.push_back(p);
+  };
+
+  int iarg = 3;
+  auto need = [&](int n, const char *what) {
+    if (iarg + n > narg)
+      utils::missing_cmd_args(FLERR, std::string("fix defe ") + what, error);
+  };
+
+  while (iarg < narg) {
+    const std::string key = arg[iarg];
+    if (key == "material") {
+      need(3, "material");
+      Material m;
+      m.name = arg[iarg + 1];
+      if (material_index(m.name) >= 0)
+        error->all(FLERR, "Fix defe material {} is defined twice", m.name);
+      const std::string law = arg[iarg + 2];
+      if (law == "elastic") {
+        need(6, "material NAME elastic E nu rho");
+        m.elastic.E = utils::numeric(FLERR, arg[iarg + 3], false, lmp);
+        m.elastic.nu = utils::numeric(FLERR, arg[iarg + 4], false, lmp);
+        m.elastic.rho = utils::numeric(FLERR, arg[iarg + 5], false, lmp);
+        auto complaint = m.elastic.validate();
+        if (!complaint.empty())
+          error->all(FLERR, "Fix defe material {}: {}", m.name, complaint);
+        iarg += 6;
+      } else if (law == "rigid") {
+        need(4, "material NAME rigid rho");
+        m.rigid = true;
+        m.elastic.rho = utils::numeric(FLERR, arg[iarg + 3], false, lmp);
+        if (!(m.elastic.rho > 0.0) || !std::isfinite(m.elastic.rho))
+          error->all(FLERR, "Fix defe material {}: density must be > 0, not {}", m.name,
+                     arg[iarg + 3]);
+        iarg += 4;
+      } else
+        error->all(FLERR, "Unknown fix defe material law {}: use elastic or rigid", law);
+      materials.push_back(m);
+      add_part(m.name, static_cast<int>(materials.size()) - 1);
+
+    } else if (key == "part") {
+      need(3, "part");
+      const int m = material_index(arg[iarg + 2]);
+      if (m < 0)
+        error->all(FLERR, "Fix defe part {}: unknown material {}", arg[iarg + 1], arg[iarg + 2]);
+      if (find_part(arg[iarg + 1]) >= 0)
+        error->all(FLERR, "Fix defe part {} is defined twice", arg[iarg + 1]);
+      add_part(arg[iarg + 1], m);
+      iarg += 3;
+
+    } else if (key == "convert") {
+      need(3, "convert");
+      const int ip = find_part(arg[iarg + 1]);
+      if (ip < 0) error->all(FLERR, "Fix defe convert: unknown part {}", arg[iarg + 1]);
+      Part &p = parts[ip];
+      if (material_of(p).rigid)
+        error->all(FLERR, "Fix defe convert: part {} is rigid and cannot convert", p.name);
+      p.convertible = true;
+      p.group = group->find("all");
+      p.stress = utils::numeric(FLERR, arg[iarg + 2], false, lmp);
+      if (!(p.stress > 0.0))
+        error->all(FLERR, "Fix defe convert {}: conversion stress must be > 0", p.name);
+      iarg += 3;
+      while (iarg < narg) {
+        const std::string opt = arg[iarg];
+        if (opt == "type") {
+          need(2, "convert ... type");
+          p.type = utils::inumeric(FLERR, arg[iarg + 1], false, lmp);
+          if (p.type < 1 || p.type > atom->ntypes)
+            error->all(FLERR, "Fix defe convert {}: atom type {} does not exist (1 to {})", p.name,
+                       p.type, atom->ntypes);
+        } else if (opt == "group") {
+          need(2, "convert ... group");
+          p.group = group->find(arg[iarg + 1]);
+          if (p.group < 0)
+            error->all(FLERR,
+                       "Fix defe convert {}: group {} does not exist; define it first, for "
+                       "instance 'group {} empty'",
+                       p.name, arg[iarg + 1], arg[iarg + 1]);
+        } else if (opt == "start") {
+          need(2, "convert ... start");
+          p.start = arg[iarg + 1];
+          if (p.start == "no") p.start.clear();
+          if (!p.start.empty() && p.start != "all" && !domain->get_region_by_id(p.start))
+            error->all(FLERR, "Fix defe convert {}: start must be no, all or a region, not {}",
+                       p.name, p.start);
+        } else
+          break;
+        iarg += 2;
+      }
+      if (p.type == 0)
+        error->all(FLERR, "Fix defe convert {}: give the atom type of its DEs: type N", p.name);
+
+    } else if (key == "contact") {
+      need(2, "contact");
+      contact_factor = utils::numeric(FLERR, arg[iarg + 1], false, lmp);
+      if (!(contact_factor >= 0.0)) error->all(FLERR, "Fix defe contact factor must be >= 0");
+      iarg += 2;
+
+    } else if (key == "shield") {
+      need(2, "shield");
+      shield = utils::logical(FLERR, arg[iarg + 1], false, lmp);
+      iarg += 2;
+
+    } else if (key == "stress") {
+      need(2, "stress");
+      if (strcmp(arg[iarg + 1], "centre") == 0)
+        gauss_stress = false;
+      else if (strcmp(arg[iarg + 1], "gauss") == 0)
+        gauss_stress = true;
+      else
+        error->all(FLERR, "Fix defe stress must be centre or gauss, not {}", arg[iarg + 1]);
+      iarg += 2;
+
+    } else if (key == "kernel") {
+      need(2, "kernel");
+      if (strcmp(arg[iarg + 1], "auto") == 0)
+        force_lagrangian = false;
+      else if (strcmp(arg[iarg + 1], "lagrangian") == 0)
+        force_lagrangian = true;
+      else
+        error->all(FLERR, "Fix defe kernel must be auto or lagrangian, not {}", arg[iarg + 1]);
+      iarg += 2;
+
+    } else if (key == "events") {
+      need(2, "events");
+      event_file = arg[iarg + 1];
+      iarg += 2;
+
+    } else
+      error->all(FLERR,
+                 "Unknown fix defe keyword {}: use material, part, convert, contact, shield, "
+                 "stress, kernel or events",
+                 key);
+  }
+
+  if (materials.empty()) error->all(FLERR, "Fix defe needs at least one material");
+  for (const auto &p : parts) {
+    const auto &e = material_of(p).elastic;
+    corner_moduli.push_back(material_of(p).rigid ? defe::CornerModuli{0.0, 0.0}
+                                                 : defe::CornerModuli{e.lambda(), e.mu()});
+  }
+  de_radius_max.assign(atom->ntypes + 1, 0.0);
+
+  // elements find their nodes by ID
+
+  if (atom->map_style == Atom::MAP_NONE) {
+    atom->map_user = Atom::MAP_YES;
+    atom->map_init();
+    atom->map_set();
+  }
+
+  FixDefe::grow_arrays(atom->nmax);
+  atom->add_callback(Atom::GROW);
+  atom->add_callback(Atom::RESTART);
+  for (int i = 0; i < atom->nlocal; i++) FixDefe::set_arrays(i);
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixDefe::~FixDefe()
+{
+  if (modify->get_fix_by_id(id)) {
+    atom->delete_callback(id, Atom::GROW);
+    atom->delete_callback(id, Atom::RESTART);
+  }
+  memory->destroy(xref);
+  memory->destroy(xframe);
+  memory->destroy(nelem);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixDefe::setmask()
+{
+  return PRE_EXCHANGE | PRE_NEIGHBOR | PRE_REVERSE | POST_FORCE | END_OF_STEP | POST_RUN |
+      MIN_PRE_NEIGHBOR | MIN_PRE_REVERSE;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixDefe::find_part(const std::string &name) const
+{
+  for (size_t i = 0; i < parts.size(); i++)
+    if (parts[i].name == name) return static_cast<int>(i);
+  return -1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDefe::init()
+{
+  if (!force->newton)
+    error->all(FLERR,
+               "Fix defe adds forces to ghost nodes: use 'newton off on' (or 'newton on'), not "
+               "'newton off'");
+  if (neighbor->includegroup)
+    error->all(FLERR, "Fix defe cannot be used with neigh_modify include");
+  if (modify->get_fix_by_style("^defe$").size() > 1)
+    error->all(FLERR, "Only one fix defe at a time: one fix holds any number of parts");
+
+  bool any_convertible = false;
+  for (const auto &p : parts) any_convertible = any_convertible || p.convertible;
+  if (any_convertible && utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR, "Fix defe cannot convert elements with run_style respa: use verlet");
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR, "Fix defe does not support run_style respa: use verlet");
+
+  for (const auto &ifix : modify->get_fix_list()) {
+    if (ifix == this) break;
+    if (ifix->pre_exchange_migrate)
+      error->all(FLERR, "Fix {} {} migrates atoms and must be defined after fix {} defe", ifix->id,
+                 ifix->style, id);
+  }
+
+  if (any_convertible && (!force->pair || !force->pair_match("^defe/", 0)))
+    error->all(FLERR,
+               "Fix defe converts elements into DEs that no pair style joins: use pair_style "
+               "defe/joint");
+
+  build_topology();
+
+  // joints and facets need their nodes as ghosts, two elements deep
+
+  const double cut = 2.0 * max_diagonal + neighbor->skin;
+  if (comm->cutghostuser < cut) {
+    if (comm->me == 0 && comm->cutghostuser > 0.0)
+      error->warning(FLERR, "Communication cutoff raised from {} to {} for fix defe",
+                     comm->cutghostuser, cut);
+    comm->cutghostuser = cut;
+  }
+
+  if (dt_finite > 0.0 && update->dt > dt_finite && update->whichflag == 1)
+    error->all(FLERR,
+               "Time step {} is above the stable step of the finite elements {:.6g}: use a smaller "
+               "timestep",
+               update->dt, dt_finite);
+
+  vector_step = -1;
+}
+
+/* ----------------------------------------------------------------------
+   largest radius of a DE of this type that can ever be born
+------------------------------------------------------------------------- */
+
+double FixDefe::max_de_radius(int type) const
+{
+  return (type >= 0 && type < static_cast<int>(de_radius_max.size())) ? de_radius_max[type] : 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   first setup of a run: conversion of what is to be discrete from the start
+------------------------------------------------------------------------- */
+
+void FixDefe::setup_pre_exchange()
+{
+  update_maxexchange();
+
+  // write_data and minimize come here too
+
+  if (!update->setupflag || update->whichflag != 1) return;
+  if (start_done) return;
+  start_done = true;
+
+  bool any = false;
+  for (const auto &p : parts) any = any || !p.start.empty();
+  if (!any) return;
+
+  make_ghosts_for_setup();
+  pre_neighbor();
+
+  marked.clear();
+  for (auto &b : batches) {
+    if (!b.convertible) continue;
+    for (size_t e = 0; e < b.hex.size(); e++) {
+      const Part &p = parts[b.hex[e]->part];
+      if (p.start.empty()) continue;
+      bool in = (p.start == "all");
+      if (!in) {
+        auto region = domain->get_region_by_id(p.start);
+        if (!region) error->all(FLERR, "Fix defe start region {} does not exist", p.start);
+        region->prematch();
+        double c[3] = {0.0, 0.0, 0.0};
+        for (int a = 0; a < 8; a++)
+          for (int k = 0; k < 3; k++) c[k] += 0.125 * atom->x[b.node[e][a]][k];
+        in = region->match(c[0], c[1], c[2]) != 0;
+      }
+      if (in) marked.push_back(b.hex[e]);
+    }
+  }
+  convert_marked();
+  update_maxexchange();
+}
+
+/* ----------------------------------------------------------------------
+   before the first setup there are no ghosts
+------------------------------------------------------------------------- */
+
+void FixDefe::make_ghosts_for_setup()
+{
+  domain->pbc();
+  domain->reset_box();
+  comm->setup();
+  if (neighbor->style) neighbor->setup_bins();
+  comm->exchange();
+  comm->borders();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDefe::pre_exchange()
+{
+  update_maxexchange();
+  if (update->ntimestep != convert_step) return;
+  convert_step = -1;
+  next_reneighbor = -1;
+  convert_marked();
+}
+
+/* ----------------------------------------------------------------------
+   local indices of everything; once per reneighbouring
+------------------------------------------------------------------------- */
+
+void FixDefe::pre_neighbor()
+{
+  const int nlocal = atom->nlocal;
+  const int nall = nlocal + atom->nghost;
+  const double prd[3] = {domain->xprd, domain->yprd, domain->zprd};
+
+  // reference positions in the periodic frame of x, for owned and ghost atoms
+
+  for (int i = 0; i < nlocal; i++) {
+    int ix[3] = {(atom->image[i] & IMGMASK) - IMGMAX, (atom->image[i] >> IMGBITS & IMGMASK) - IMGMAX,
+                 (atom->image[i] >> IMG2BITS) - IMGMAX};
+    for (int k = 0; k < 3; k++)
+      xframe[i][k] = ix[k] ? xref[i][k] - ix[k] * prd[k] : xref[i][k];
+  }
+  is_de.assign(nall, 0);
+  for (int i = 0; i < nlocal; i++) is_de[i] = de[i] ? 1 : 0;
+  comm_mode = FRAME;
+  comm->forward_comm(this, 4);
+
+  // elements, in batches of one kernel
+
+  batches.clear();
+  std::map<int, int> batch_of;
+  tagint lost_hex = 0, lost_node = 0;
+  for (int i = 0; i < nlocal; i++) {
+    for (auto &h : hexes[i]) {
+      std::array<int, 8> idx;
+      if (!local_hex(h, i, idx.data())) {
+        lost_hex = h.id;
+        for (int a = 0; a < 8; a++)
+          if (atom->map(h.node[a]) < 0) lost_node = h.node[a];
+        continue;
+      }
+      if (h.kernel < 0) {
+        HexCoords X;
+        for (int a = 0; a < 8; a++)
+          for (int k = 0; k < 3; k++) X(k, a) = xframe[idx[a]][k];
+        h.kernel = kernel_of(h.part, X);
+      }
+      auto found = batch_of.find(h.kernel);
+      int b;
+      if (found == batch_of.end()) {
+        b = static_cast<int>(batches.size());
+        batch_of[h.kernel] = b;
+        batches.emplace_back();
+        batches[b].kernel = h.kernel;
+        batches[b].rigid = material_of(parts[h.part]).rigid;
+        batches[b].convertible = parts[h.part].convertible;
+      } else
+        b = found->second;
+      batches[b].node.push_back(idx);
+      batches[b].hex.push_back(&h);
+    }
+  }
+  if (lost_hex)
+    error->one(FLERR,
+               "Node {} of element {} is missing on proc {} at step {}: it was lost, or the element "
+               "is larger than the communication cutoff (raise it with comm_modify cutoff)",
+               lost_node, lost_hex, comm->me, update->ntimestep);
+  for (auto &b : batches) b.bound.assign(b.node.size(), 0.0);
+
+  // discrete elements and their joints
+
+  jt.clear();
+  jt.of_atom.assign(nall, -1);
+  if (des_total > 0) {
+    std::vector<std::pair<int, defe::GeneralCell>> ortho, general;
+    for (int i = 0; i < nlocal; i++) {
+      if (!de[i]) continue;
+      DERecord &r = *de[i];
+      defe::GeneralCell cell;
+      cell.tie = 0;
+      for (int s = 0; s < 6; s++) {
+        JointSlot &slot = r.slot[s];
+        cell.dX[s].setZero();
+        cell.face[s] = Vec3(slot.face);
+        if (slot.kind == DefeJoint::DE) {
+          int j = domain->closest_image(i, atom->map(slot.other));
+          if (j < 0) {
+            // the other DE left the box or was deleted
+            slot.kind = DefeJoint::NONE;
+            continue;
+          }
+          for (int k = 0; k < 3; k++) cell.dX[s][k] = xframe[j][k] - xframe[i][k];
+        } else if (slot.kind == DefeJoint::TIE) {
+          cell.tie |= 1 << s;
+          cell.dX[s] = cell.face[s];
+        }
+      }
+      if (defe::is_orthogonal(cell))
+        ortho.emplace_back(i, cell);
+      else
+        general.emplace_back(i, cell);
+    }
+    const int n = static_cast<int>(ortho.size() + general.size());
+    jt.nde = n;
+    jt.north = static_cast<int>(ortho.size());
+    jt.self.reserve(n);
+    for (const auto *list : {&ortho, &general})
+      for (const auto &c : *list) {
+        jt.of_atom[c.first] = static_cast<int>(jt.self.size());
+        jt.self.push_back(c.first);
+        jt.rec.push_back(de[c.first].get());
+      }
+    for (int i = nlocal; i < nall; i++)
+      if (is_de[i]) {
+        jt.of_atom[i] = static_cast<int>(jt.self.size());
+        jt.self.push_back(i);
+      }
+    jt.nall = static_cast<int>(jt.self.size());
+    jt.nb.resize(n);
+    jt.partner.resize(n);
+    jt.present.assign(n, 0);
+    jt.len.resize(n);
+    jt.half.resize(n);
+    jt.material.resize(n);
+    jt.half_force.assign(jt.nall, std::array<double, 18>{});
+    jt.energy.assign(n, 0.0);
+    jt.state.assign(6 * static_cast<size_t>(jt.nall), DefeJoint::CONNECTIVE);
+    jt.cell.resize(general.size());
+
+    for (int d = 0; d < n; d++) {
+      const int i = jt.self[d];
+      DERecord &r = *jt.rec[d];
+      const auto &cell = (d < jt.north) ? ortho[d].second : general[d - jt.north].second;
+      if (d >= jt.north) jt.cell[d - jt.north] = cell;
+      jt.material[d] = static_cast<unsigned char>(r.part);
+      for (int s = 0; s < 6; s++) {
+        JointSlot &slot = r.slot[s];
+        jt.nb[d][s] = i;
+        jt.partner[d][s] = -1;
+        jt.len[d][s] = jt.half[d][s] = cell.face[s].norm();
+        jt.state[6 * d + s] = slot.state;
+        if (slot.kind == DefeJoint::NONE) continue;
+        jt.len[d][s] = cell.dX[s].norm();
+        if (slot.kind == DefeJoint::DE) {
+          const int j = domain->closest_image(i, atom->map(slot.other));
+          jt.nb[d][s] = j;
+          if (jt.of_atom[j] >= 0) jt.partner[d][s] = 6 * jt.of_atom[j] + slot.partner;
+          jt.half[d][s] = 0.5 * jt.len[d][s];
+        } else {
+          std::array<int, 4> node;
+          for (int k = 0; k < 4; k++) {
+            node[k] = domain->closest_image(i, atom->map(slot.face_node[k]));
+            if (node[k] < 0)
+              error->one(FLERR, "Node {} of the face that DE {} is tied to is missing at step {}",
+                         slot.face_node[k], atom->tag[i], update->ntimestep);
+          }
+          jt.nb[d][s] = ~static_cast<int>(jt.tie_node.size());
+          jt.tie_node.push_back(node);
+        }
+        if (slot.state == DefeJoint::CONNECTIVE) jt.present[d] |= 1 << s;
+        if (slot.state == DefeJoint::COHESIVE && atom->tag[i] < slot.other)
+          jt.cohesive.push_back(6 * d + s);
+      }
+    }
+    jt.tie_point.assign(3 * jt.tie_node.size() + 3, 0.0);
+  }
+
+  build_surfaces();
+  vector_step = -1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDefe::JointTable::clear()
+{
+  nde = north = nall = 0;
+  self.clear();
+  of_atom.clear();
+  rec.clear();
+  nb.clear();
+  partner.clear();
+  present.clear();
+  len.clear();
+  half.clear();
+  material.clear();
+  cell.clear();
+  half_force.clear();
+  energy.clear();
+  state.clear();
+  tie_node.clear();
+  tie_point.clear();
+  cohesive.clear();
+}
+
+/* ----------------------------------------------------------------------
+   local indices of an element's nodes, the images closest to its first node
+------------------------------------------------------------------------- */
+
+bool FixDefe::local_hex(const HexRecord &h, int anchor, int *idx) const
+{
+  idx[0] = anchor;
+  for (int a = 1; a < 8; a++) {
+    const int j = atom->map(h.node[a]);
+    if (j < 0) return false;
+    idx[a] = domain->closest_image(anchor, j);
+  }
+  return true;
+}
+
+/* ----------------------------------------------------------------------
+   boxes of one shape and part share a kernel; all other shapes the Lagrangian one of their part
+   the choice depends on the element alone, not on the decomposition
+------------------------------------------------------------------------- */
+
+int FixDefe::kernel_of(int part, const HexCoords &X)
+{
+  const Material &m = material_of(parts[part]);
+  const bool box = !m.rigid && !force_lagrangian && defe::fe::is_box(X);
+  for (size_t k = 0; k < kernels.size(); k++) {
+    if (kernels[k].part != part) continue;
+    if (m.rigid) return static_cast<int>(k);
+    const bool lagrangian = kernels[k].kernel->uses_reference();
+    if (lagrangian != !box) continue;
+    if (lagrangian || defe::fe::congruent(kernels[k].shape, X)) return static_cast<int>(k);
+  }
+  Kernel k;
+  k.part = part;
+  k.shape = X;
+  if (box)
+    k.kernel = std::make_unique<defe::fe::BrickKernel>(X, m.elastic);
+  else if (!m.rigid)
+    k.kernel = std::make_unique<defe::fe::LagrangianKernel>(m.elastic);
+  kernels.push_back(std::move(k));
+  return static_cast<int>(kernels.size()) - 1;
+}
+
+/* ----------------------------------------------------------------------
+   internal forces of the elements and contact of surfaces
+   here, not in pre_force: the pair style's own virial must not count them
+------------------------------------------------------------------------- */
+
+void FixDefe::setup_pre_reverse(int eflag, int vflag)
+{
+  pre_reverse(eflag, vflag);
+}
+
+void FixDefe::pre_reverse(int /*eflag*/, int vflag)
+{
+  v_init(vflag);
+  for (double &v : virial_fe) v = 0.0;
+
+  int inverted = -1;
+  for (auto &b : batches) {
+    if (b.rigid || b.node.empty()) continue;
+    defe::fe::HexKernel::Output out;
+    if (b.convertible) out.stress_bound = b.bound.data();
+    out.bound_at_gauss_points = gauss_stress;
+    if (vflag_global) out.virial = virial_fe;
+    out.inverted = &inverted;
+    inverted = -1;
+    kernels[b.kernel].kernel->add_forces(static_cast<int>(b.node.size()),
+                                         reinterpret_cast<const int(*)[8]>(b.node.data()),
+                                         &atom->x[0][0], &xframe[0][0], &atom->f[0][0], out);
+    if (inverted >= 0) {
+      const HexRecord &h = *b.hex[inverted];
+      const double *x = atom->x[b.node[inverted][0]];
+      error->one(FLERR,
+                 "Element {} of part {} turned inside out at step {} near {:.6g} {:.6g} {:.6g}: "
+                 "use a smaller timestep, or let it convert earlier",
+                 h.id, parts[h.part].name, update->ntimestep, x[0], x[1], x[2]);
+    }
+  }
+  if (contact_factor > 0.0) contact_forces();
+  if (vflag_global)
+    for (int k = 0; k < 6; k++) virial[k] += virial_fe[k];
+}
+
+/* ----------------------------------------------------------------------
+   all ghost forces have arrived: what is added after us is external
+------------------------------------------------------------------------- */
+
+void FixDefe::post_force(int /*vflag*/)
+{
+  const size_t n = 3 * static_cast<size_t>(atom->nlocal);
+  if (f_internal.size() < n) f_internal.resize(n);
+  if (n) memcpy(f_internal.data(), &atom->f[0][0], n * sizeof(double));
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDefe::setup(int vflag)
+{
+  post_force(vflag);
+  mark_elements();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDefe::end_of_step()
+{
+  // work of all forces that are not ours: f v dt with v at the full step is exact for
+  // the kicks of velocity Verlet
+
+  const int nlocal = atom->nlocal;
+  double **f = atom->f;
+  double **v = atom->v;
+  double work = 0.0;
+  for (int i = 0; i < nlocal; i++)
+    for (int k = 0; k < 3; k++) work += (f[i][k] - f_internal[3 * i + k]) * v[i][k];
+  ledger.external += work * update->dt;
+
+  mark_elements();
+  vector_step = -1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDefe::post_run()
+{
+  flush_events();
+}
+
+/* ----------------------------------------------------------------------
+   criterion: which elements convert at the next step
+------------------------------------------------------------------------- */
+
+void FixDefe::mark_elements()
+{
+  const double now = update->atime + (update->ntimestep - update->atimestep) * update->dt;
+  marked.clear();
+  for (auto &b : batches) {
+    if (!b.convertible) continue;
+    const int n = static_cast<int>(b.node.size());
+    for (int e = 0; e < n; e++) {
+      HexRecord &h = *b.hex[e];
+      const Part &p = parts[h.part];
+      if (!(b.bound[e] > p.stress)) continue;
+      HexCoords x, X;
+      for (int a = 0; a < 8; a++)
+        for (int k = 0; k < 3; k++) {
+          x(k, a) = atom->x[b.node[e][a]][k];
+          X(k, a) = xframe[b.node[e][a]][k];
+        }
+      const auto &kernel = *kernels[b.kernel].kernel;
+      Vec3 direction(1.0, 0.0, 0.0);
+      double s1 = -1.0e300;
+      if (gauss_stress) {
+        for (const auto &xi : defe::fe::gauss_points()) {
+          Vec3 dir;
+          const double s = defe::fe::max_principal(kernel.stress(x, X, xi), dir);
+          if (s > s1) {
+            s1 = s;
+            direction = dir;
+          }
+        }
+      } else
+        s1 = defe::fe::max_principal(kernel.stress(x, X, Vec3::Zero()), direction);
+      if (!(s1 > p.stress)) continue;
+      if (shield && !h.shields.empty()) {
+        const double tau = p.shield_time;
+        auto &list = h.shields;
+        for (size_t k = 0; k < list.size();)
+          if (now - list[k].time >= tau) {
+            list[k] = list.back();
+            list.pop_back();
+          } else
+            k++;
+        if (defe::shielded(direction, s1, p.stress, now, tau, list.data(),
+                           static_cast<int>(list.size())))
+          continue;
+      }
+      marked.push_back(&h);
+    }
+  }
+
+  int mine = marked.empty() ? 0 : 1, any = 0;
+  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+  if (any) {
+    convert_step = update->ntimestep + 1;
+    next_reneighbor = convert_step;
+  }
+}
+
+/* ----------------------------------------------------------------------
+   stress and centre of one owned element, for output
+------------------------------------------------------------------------- */
+
+void FixDefe::centre_stress(const HexRecord &h, double *centre, double *stress6, double &s1) const
+{
+  int idx[8];
+  int anchor = atom->map(h.node[0]);
+  for (int k = 0; k < 3; k++) centre[k] = 0.0;
+  for (int k = 0; k < 6; k++) stress6[k] = 0.0;
+  s1 = 0.0;
+  if (anchor < 0 || !local_hex(h, anchor, idx)) return;
+  HexCoords x, X;
+  for (int a = 0; a < 8; a++)
+    for (int k = 0; k < 3; k++) {
+      x(k, a) = atom->x[idx[a]][k];
+      X(k, a) = xframe[idx[a]][k];
+      centre[k] += 0.125 * x(k, a);
+    }
+  if (material_of(parts[h.part]).rigid || h.kernel < 0) return;
+  const Mat3 s = kernels[h.kernel].kernel->stress(x, X, Vec3::Zero());
+  stress6[0] = s(0, 0);
+  stress6[1] = s(1, 1);
+  stress6[2] = s(2, 2);
+  stress6[3] = s(0, 1);
+  stress6[4] = s(0, 2);
+  stress6[5] = s(1, 2);
+  s1 = defe::fe::max_principal(s);
+}
+
+/* ----------------------------------------------------------------------
+   per-atom data
+------------------------------------------------------------------------- */
+
+void FixDefe::grow_arrays(int nmax)
+{
+  memory->grow(xref, nmax, 3, "defe:xref");
+  memory->grow(xframe, nmax, 3, "defe:xframe");
+  memory->grow(nelem, nmax, "defe:nelem");
+  hexes.resize(nmax);
+  de.resize(nmax);
+}
+
+void FixDefe::copy_arrays(int i, int j, int /*delflag*/)
+{
+  if (i == j) return;
+  for (int k = 0; k < 3; k++) {
+    xref[j][k] = xref[i][k];
+    xframe[j][k] = xframe[i][k];
+  }
+  nelem[j] = nelem[i];
+
+  // LAMMPS copies only to move: the source slot is dead afterwards
+
+  hexes[j] = std::move(hexes[i]);
+  hexes[i].clear();
+  de[j] = std::move(de[i]);
+}
+
+void FixDefe::set_arrays(int i)
+{
+  // read_data sets the arrays of new atoms after it has read the sections: keep the elements
+
+  if (reading) {
+    int ix[3] = {(atom->image[i] & IMGMASK) - IMGMAX, (atom->image[i] >> IMGBITS & IMGMASK) - IMGMAX,
+                 (atom->image[i] >> IMG2BITS) - IMGMAX};
+    const double prd[3] = {domain->xprd, domain->yprd, domain->zprd};
+    for (int k = 0; k < 3; k++) xref[i][k] = atom->x[i][k] + ix[k] * prd[k];
+    nelem[i] = 0;
+    de[i].reset();
+    return;
+  }
+  for (int k = 0; k < 3; k++) xref[i][k] = xframe[i][k] = atom->x[i][k];
+  nelem[i] = 0;
+  hexes[i].clear();
+  de[i].reset();
+}
+
+void FixDefe::set_reference(int i, const double *x)
+{
+  for (int k = 0; k < 3; k++) xref[i][k] = xframe[i][k] = x[k];
+}
+
+void FixDefe::add_hex(int i, tagint hexid, int part, const tagint *nodes)
+{
+  HexRecord h;
+  h.id = hexid;
+  h.part = part;
+  for (int a = 0; a < 8; a++) h.node[a] = nodes[a];
+  for (int f = 0; f < 6; f++) {
+    h.nb[f] = 0;
+    h.nbface[f] = h.nbrot[f] = 0;
+  }
+  hexes[i].push_back(std::move(h));
+  mesh_dirty = true;
+}
+
+bigint FixDefe::last_hex_id() const
+{
+  bigint mine = 0, last = 0;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (const auto &h : hexes[i]) mine = MAX(mine, static_cast<bigint>(h.id));
+  MPI_Allreduce(&mine, &last, 1, MPI_LMP_BIGINT, MPI_MAX, world);
+  return last;
+}
+
+/* ----------------------------------------------------------------------
+   record of one atom: count, reference, elements at node, DE, elements
+------------------------------------------------------------------------- */
+
+int FixDefe::record_size(int i) const
+{
+  int n = 1 + 3 + 1 + 1 + 1;
+  if (de[i]) n += DE_SIZE;
+  for (const auto &h : hexes[i]) n += HEX_SIZE + 1 + 4 * static_cast<int>(h.shields.size());
+  return n;
+}
+
+int FixDefe::pack_record(int i, double *buf) const
+{
+  int m = 1;
+  for (int k = 0; k < 3; k++) buf[m++] = xref[i][k];
+  buf[m++] = ubuf(nelem[i]).d;
+  buf[m++] = ubuf(de[i] ? 1 : 0).d;
+  buf[m++] = ubuf(static_cast<int>(hexes[i].size())).d;
+  if (de[i]) {
+    memcpy(static_cast<void *>(&buf[m]), de[i].get(), sizeof(DERecord));
+    m += DE_SIZE;
+  }
+  for (const auto &h : hexes[i]) {
+    memcpy(static_cast<void *>(&buf[m]), static_cast<const HexPod *>(&h), sizeof(HexPod));
+    m += HEX_SIZE;
+    buf[m++] = ubuf(static_cast<int>(h.shields.size())).d;
+    for (const auto &s : h.shields) {
+      for (int k = 0; k < 3; k++) buf[m++] = s.direction[k];
+      buf[m++] = s.time;
+    }
+  }
+  buf[0] = m;
+  return m;
+}
+
+int FixDefe::unpack_record(int i, const double *buf)
+{
+  int m = 1;
+  for (int k = 0; k < 3; k++) xref[i][k] = xframe[i][k] = buf[m++];
+  nelem[i] = static_cast<int>(ubuf(buf[m++]).i);
+  const int has_de = static_cast<int>(ubuf(buf[m++]).i);
+  const int nhex = static_cast<int>(ubuf(buf[m++]).i);
+  de[i].reset();
+  if (has_de) {
+    de[i] = std::make_unique<DERecord>();
+    memcpy(static_cast<void *>(de[i].get()), &buf[m], sizeof(DERecord));
+    m += DE_SIZE;
+  }
+  hexes[i].clear();
+  for (int e = 0; e < nhex; e++) {
+    HexRecord h;
+    memcpy(static_cast<void *>(static_cast<HexPod *>(&h)), &buf[m], sizeof(HexPod));
+    m += HEX_SIZE;
+    const int ns = static_cast<int>(ubuf(buf[m++]).i);
+    for (int s = 0; s < ns; s++) {
+      defe::Shield sh;
+      for (int k = 0; k < 3; k++) sh.direction[k] = buf[m++];
+      sh.time = buf[m++];
+      h.shields.push_back(sh);
+    }
+    hexes[i].push_back(std::move(h));
+  }
+  return m;
+}
+
+int FixDefe::pack_exchange(int i, double *buf)
+{
+  return pack_record(i, buf);
+}
+
+int FixDefe::unpack_exchange(int i, double *buf)
+{
+  return unpack_record(i, buf);
+}
+
+void FixDefe::update_maxexchange()
+{
+  int n = maxexchange;
+  for (int i = 0; i < atom->nlocal; i++) n = MAX(n, record_size(i));
+  maxexchange = n;
+}
+
+/* ----------------------------------------------------------------------
+   restart: the same record with each atom, the cumulative energies once
+------------------------------------------------------------------------- */
+
+int FixDefe::pack_restart(int i, double *buf)
+{
+  // pack_record sets buf[0] = size as LAMMPS wants it
+  return pack_record(i, buf);
+}
+
+void FixDefe::unpack_restart(int i, int nth)
+{
+  double **extra = atom->extra;
+  int m = 0;
+  for (int k = 0; k < nth; k++) m += static_cast<int>(extra[i][m]);
+  unpack_record(i, &extra[i][m]);
+}
+
+int FixDefe::size_restart(int i)
+{
+  return record_size(i);
+}
+
+int FixDefe::maxsize_restart()
+{
+  int n = 7 + DE_SIZE;
+  int largest = 0;
+  for (int i = 0; i < atom->nlocal; i++) largest = MAX(largest, record_size(i));
+  return MAX(n, largest);
+}
+
+namespace {
+struct GlobalState {
+  double ledger[7];
+  bigint des_total, hexes_total, conversions_total, vector_first[2];
+  tagint de_base;
+  int start_done, hexes_per_node;
+  double dt_finite, max_diagonal;
+};
+}    // namespace
+
+void FixDefe::write_restart(FILE *fp)
+{
+  double mine[7] = {ledger.fracture,    ledger.release,      ledger.damping, ledger.friction,
+                    ledger.conv_strain, ledger.conv_kinetic, ledger.external};
+  GlobalState g;
+  MPI_Reduce(mine, g.ledger, 7, MPI_DOUBLE, MPI_SUM, 0, world);
+  g.des_total = des_total;
+  g.hexes_total = hexes_total;
+  g.conversions_total = conversions_total;
+  g.vector_first[0] = first_conversion;
+  g.vector_first[1] = first_damage;
+  g.de_base = de_base;
+  g.start_done = start_done;
+  g.hexes_per_node = hexes_per_node;
+  g.dt_finite = dt_finite;
+  g.max_diagonal = max_diagonal;
+  if (comm->me == 0) {
+    const int nradius = static_cast<int>(de_radius_max.size());
+    const int nparts = static_cast<int>(parts.size());
+    const int bytes = static_cast<int>(sizeof(GlobalState) + 2 * sizeof(int) +
+                                       (nradius + nparts) * sizeof(double));
+    fwrite(&bytes, sizeof(int), 1, fp);
+    fwrite(&g, sizeof(GlobalState), 1, fp);
+    fwrite(&nradius, sizeof(int), 1, fp);
+    fwrite(&nparts, sizeof(int), 1, fp);
+    fwrite(de_radius_max.data(), sizeof(double), nradius, fp);
+    for (const auto &p : parts) fwrite(&p.shield_time, sizeof(double), 1, fp);
+  }
+}
+
+void FixDefe::restart(char *buf)
+{
+  GlobalState g;
+  memcpy(static_cast<void *>(&g), buf, sizeof(GlobalState));
+  buf += sizeof(GlobalState);
+  int nradius, nparts;
+  memcpy(&nradius, buf, sizeof(int));
+  memcpy(&nparts, buf + sizeof(int), sizeof(int));
+  buf += 2 * sizeof(int);
+  if (nradius != static_cast<int>(de_radius_max.size()) ||
+      nparts != static_cast<int>(parts.size()))
+    error->all(FLERR,
+               "Fix defe in the restart file had {} parts and {} atom types, now {} and {}: give "
+               "the same fix defe command as before",
+               nparts, nradius - 1, parts.size(), de_radius_max.size() - 1);
+  memcpy(de_radius_max.data(), buf, nradius * sizeof(double));
+  buf += nradius * sizeof(double);
+  for (auto &p : parts) {
+    memcpy(&p.shield_time, buf, sizeof(double));
+    buf += sizeof(double);
+  }
+  if (comm->me == 0) {
+    ledger.fracture = g.ledger[0];
+    ledger.release = g.ledger[1];
+    ledger.damping = g.ledger[2];
+    ledger.friction = g.ledger[3];
+    ledger.conv_strain = g.ledger[4];
+    ledger.conv_kinetic = g.ledger[5];
+    ledger.external = g.ledger[6];
+  }
+  des_total = g.des_total;
+  hexes_total = g.hexes_total;
+  conversions_total = g.conversions_total;
+  first_conversion = g.vector_first[0];
+  first_damage = g.vector_first[1];
+  de_base = g.de_base;
+  start_done = g.start_done;
+  hexes_per_node = g.hexes_per_node;
+  dt_finite = g.dt_finite;
+  max_diagonal = g.max_diagonal;
+  mesh_dirty = false;
+}
+
+/* ----------------------------------------------------------------------
+   communication with ghosts
+------------------------------------------------------------------------- */
+
+int FixDefe::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int *pbc)
+{
+  double shift[3] = {0.0, 0.0, 0.0};
+  if (pbc_flag) {
+    shift[0] = pbc[0] * domain->xprd;
+    shift[1] = pbc[1] * domain->yprd;
+    shift[2] = pbc[2] * domain->zprd;
+  }
+  int m = 0;
+  if (comm_mode == FRAME) {
+    for (int ii = 0; ii < n; ii++) {
+      for (int k = 0; k < 3; k++) buf[m++] = xframe[list[ii]][k] + shift[k];
+      buf[m++] = is_de[list[ii]];
+    }
+  } else if (comm_mode == POSVEL) {
+    for (int ii = 0; ii < n; ii++) {
+      for (int k = 0; k < 3; k++) buf[m++] = atom->x[list[ii]][k] + shift[k];
+      for (int k = 0; k < 3; k++) buf[m++] = atom->v[list[ii]][k];
+    }
+  } else if (comm_mode == SURFACE) {
+    for (int ii = 0; ii < n; ii++) {
+      auto found = surface_at.find(list[ii]);
+      const bool has =
+          found != surface_at.end() && comm_round < static_cast<int>(found->second.size());
+      buf[m++] = has ? 1.0 : 0.0;
+      if (has)
+        memcpy(static_cast<void *>(&buf[m]), &found->second[comm_round], sizeof(HexPod));
+      m += HEX_SIZE;
+    }
+  } else if (comm_mode == MARKED) {
+    for (int ii = 0; ii < n; ii++) {
+      auto found = marked_at.find(list[ii]);
+      const bool has =
+          found != marked_at.end() && comm_round < static_cast<int>(found->second.size());
+      Converting c{};
+      if (has) c = found->second[comm_round];
+      buf[m++] = ubuf(has ? c.id : static_cast<tagint>(0)).d;
+      for (int a = 0; a < 8; a++) buf[m++] = ubuf(c.node[a]).d;
+      for (int k = 0; k < 3; k++) buf[m++] = c.centre[k] + shift[k];
+    }
+  }
+  return m;
+}
+
+void FixDefe::unpack_forward_comm(int n, int first, double *buf)
+{
+  int m = 0;
+  const int last = first + n;
+  if (comm_mode == FRAME) {
+    for (int i = first; i < last; i++) {
+      for (int k = 0; k < 3; k++) xframe[i][k] = buf[m++];
+      is_de[i] = buf[m++] != 0.0;
+    }
+  } else if (comm_mode == POSVEL) {
+    for (int i = first; i < last; i++) {
+      for (int k = 0; k < 3; k++) atom->x[i][k] = buf[m++];
+      for (int k = 0; k < 3; k++) atom->v[i][k] = buf[m++];
+    }
+  } else if (comm_mode == SURFACE) {
+    for (int i = first; i < last; i++) {
+      const bool has = buf[m++] != 0.0;
+      if (has) {
+        HexPod h;
+        memcpy(static_cast<void *>(&h), &buf[m], sizeof(HexPod));
+        surface_at[i].push_back(h);
+      }
+      m += HEX_SIZE;
+    }
+  } else if (comm_mode == MARKED) {
+    for (int i = first; i < last; i++) {
+      Converting c;
+      c.id = static_cast<tagint>(ubuf(buf[m++]).i);
+      for (int a = 0; a < 8; a++) c.node[a] = static_cast<tagint>(ubuf(buf[m++]).i);
+      for (int k = 0; k < 3; k++) c.centre[k] = buf[m++];
+      if (c.id) marked_at[i].push_back(c);
+    }
+  }
+}
+
+int FixDefe::pack_reverse_comm(int n, int first, double *buf)
+{
+  int m = 0;
+  for (int i = first; i < first + n; i++) {
+    buf[m++] = loss_mass[i];
+    buf[m++] = loss_count[i];
+  }
+  return m;
+}
+
+void FixDefe::unpack_reverse_comm(int n, int *list, double *buf)
+{
+  int m = 0;
+  for (int ii = 0; ii < n; ii++) {
+    loss_mass[list[ii]] += buf[m++];
+    loss_count[list[ii]] += static_cast<int>(std::lround(buf[m++]));
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixDefe::memory_usage()
+{
+  double bytes = static_cast<double>(atom->nmax) *
+      (6 * sizeof(double) + sizeof(int) + sizeof(hexes[0]) + sizeof(de[0]));
+  for (int i = 0; i < atom->nlocal; i++) {
+    bytes += hexes[i].capacity() * sizeof(HexRecord);
+    if (de[i]) bytes += sizeof(DERecord);
+  }
+  for (const auto &b : batches)
+    bytes += b.node.capacity() * (sizeof(b.node[0]) + sizeof(b.hex[0]) + sizeof(double));
+  bytes += jt.self.capacity() * 400.0;
+  return bytes;
+}
+
+void *FixDefe::extract(const char *name, int &dim)
+{
+  dim = 0;
+  if (strcmp(name, "defe") == 0) return this;
+  if (strcmp(name, "dt_finite") == 0) return &dt_finite;
+  return nullptr;
+}

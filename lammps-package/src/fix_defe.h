@@ -1,0 +1,311 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifdef FIX_CLASS
+// clang-format off
+FixStyle(defe,FixDefe);
+// clang-format on
+#else
+
+#ifndef LMP_FIX_DEFE_H
+#define LMP_FIX_DEFE_H
+
+#include "fix.h"
+
+#include "defe_records.h"
+
+#include "defe/coupling/corner_strain.h"
+#include "defe/fe/elastic.h"
+#include "defe/fe/kernel.h"
+
+#include <array>
+#include <map>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+class FixDefe : public Fix {
+ public:
+  FixDefe(class LAMMPS *, int, char **);
+  ~FixDefe() override;
+  int setmask() override;
+  void init() override;
+  void setup_pre_exchange() override;
+  void setup_pre_neighbor() override { pre_neighbor(); }
+  void setup_pre_reverse(int, int) override;
+  void setup(int) override;
+  void min_pre_neighbor() override { pre_neighbor(); }
+  void min_pre_reverse(int eflag, int vflag) override { pre_reverse(eflag, vflag); }
+  void pre_exchange() override;
+  void pre_neighbor() override;
+  void pre_reverse(int, int) override;
+  void post_force(int) override;
+  void end_of_step() override;
+  void post_run() override;
+
+  void grow_arrays(int) override;
+  void copy_arrays(int, int, int) override;
+  void set_arrays(int) override;
+  int pack_exchange(int, double *) override;
+  int unpack_exchange(int, double *) override;
+  int pack_restart(int, double *) override;
+  void unpack_restart(int, int) override;
+  int size_restart(int) override;
+  int maxsize_restart() override;
+  void write_restart(FILE *) override;
+  void restart(char *) override;
+
+  int pack_forward_comm(int, int *, double *, int, int *) override;
+  void unpack_forward_comm(int, int, double *) override;
+  int pack_reverse_comm(int, int, double *) override;
+  void unpack_reverse_comm(int, int *, double *) override;
+
+  void read_data_header(char *) override;
+  void read_data_section(char *, int, char *, tagint) override;
+  bigint read_data_skip_lines(char *) override;
+  void write_data_header(FILE *, int) override;
+  void write_data_section_size(int, int &, int &) override;
+  void write_data_section_pack(int, double **) override;
+  void write_data_section_keyword(int, FILE *) override;
+  void write_data_section(int, FILE *, int, double **, int) override;
+
+  double compute_scalar() override;
+  double compute_vector(int) override;
+  int image(int *&, double **&) override;
+  void *extract(const char *, int &) override;
+  double memory_usage() override;
+
+  // ---- what the command create_hexes, the pair styles and the computes use ----
+
+  struct Material {
+    std::string name;
+    bool rigid = false;
+    defe::fe::IsotropicElastic elastic{0.0, 0.0, 0.0};
+  };
+
+  struct Part {
+    std::string name;
+    int material = -1;
+    bool convertible = false;
+    double stress = 0.0;         // conversion stress
+    int type = 0;                // atom type of its DEs
+    int group = 0;               // group its DEs join
+    double shield_time = 0.0;    // tau = 3 h / c_d, from the mean element size
+    std::string start;           // region converted at step 0, "all", or empty
+  };
+
+  std::vector<Material> materials;
+  std::vector<Part> parts;
+  const Material &material_of(const Part &p) const { return materials[p.material]; }
+  int find_part(const std::string &) const;
+
+  /** Append an element anchored at owned atom i (its first node). Topology is made in init(). */
+  void add_hex(int i, tagint id, int part, const tagint *nodes);
+  void set_reference(int i, const double *x);
+  void mesh_changed() { mesh_dirty = true; }
+  bigint last_hex_id() const;    // collective
+
+  double max_de_radius(int type) const;    // largest DE of that type that can ever be born
+  bigint des_total = 0;                    // on all ranks
+
+  // tables of local indices, made anew with the neighbour lists
+
+  struct JointTable {
+    int nde = 0;       // owned DEs
+    int north = 0;     // of these, the first ones have orthogonal cells
+    int nall = 0;      // owned and ghost DEs
+    std::vector<int> self;       // atom index
+    std::vector<int> of_atom;    // DE of an atom, -1 = none
+    std::vector<DERecord *> rec;
+    std::vector<std::array<int, 6>> nb;         // atom index, or ~(index of tie point)
+    std::vector<std::array<int, 6>> partner;    // 6 * (DE index) + slot, -1 = none
+    std::vector<unsigned char> present;         // bit per slot: acts in the corner strains
+    std::vector<std::array<double, 6>> len, half;
+    std::vector<unsigned char> material;
+    std::vector<defe::GeneralCell> cell;    // of the DEs from north on
+    std::vector<std::array<double, 18>> half_force;
+    std::vector<double> energy;
+    std::vector<unsigned char> state;    // 6 per DE, owned and ghost
+    std::vector<std::array<int, 4>> tie_node;
+    std::vector<double> tie_point;
+    std::vector<int> cohesive;    // 6 * DE + slot of the cohesive joints that I compute
+    void clear();
+  } jt;
+  std::vector<defe::CornerModuli> corner_moduli;    // per part
+  double de_energy(int d, unsigned present) const;
+  double *x_reference(int i) const { return xref[i]; }
+  double *x_frame(int i) const { return xframe[i]; }
+  const DERecord *de_record(int i) const { return de[i].get(); }
+  int elements_at(int i) const { return nelem[i]; }
+  const std::vector<HexRecord> &hexes_of(int i) const { return hexes[i]; }
+
+  /** Cumulative energies of this rank (J). */
+  struct Ledger {
+    double fracture = 0.0;      // G_f times area times damage
+    double release = 0.0;       // rest of what joints release when they break
+    double damping = 0.0;       // restitution
+    double friction = 0.0;
+    double conv_strain = 0.0;     // lost (+) or gained (-) at conversions
+    double conv_kinetic = 0.0;    // same
+    double external = 0.0;        // work of all other forces
+  } ledger;
+
+  /** Stored energies of this rank at the last force evaluation (J); set by the pair style. */
+  struct Stored {
+    double joints = 0.0, ties = 0.0, cohesive = 0.0, contact = 0.0;
+  } stored;
+
+  // state changes of joints and elements, for the event file
+
+  struct Event {
+    bigint step;
+    int what;    // 0 conversion, 1 cohesive, 2 broken
+    tagint a, b;
+    double x[3];    // reference position: element centre or middle of the joint
+    double n[3];    // reference direction of the joint, or the current tension
+    double value;
+  };
+  void record_event(const Event &e);
+  void note_damage() { if (first_damage < 0) first_damage = update_step(); }
+  bigint update_step() const;
+
+  void centre_stress(const HexRecord &, double *centre, double *stress6, double &s1) const;
+  bool local_hex(const HexRecord &, int anchor, int *idx) const;
+
+ private:
+  // ---- options ----
+  double contact_factor = 0.0;
+  double contact_friction = 0.0;
+  bool shield = true;
+  bool gauss_stress = false;
+  bool force_lagrangian = false;
+  std::string event_file;
+  bool event_header = false;
+
+  // ---- per-atom data ----
+  double **xref = nullptr;      // reference position, never wrapped
+  double **xframe = nullptr;    // the same, in the periodic frame that x is in now
+  int *nelem = nullptr;         // finite elements at this node
+  std::vector<std::vector<HexRecord>> hexes;
+  std::vector<std::unique_ptr<DERecord>> de;
+  int hexes_per_node = 1;    // largest number of elements with one first node, on any rank
+
+  std::vector<char> is_de;    // owned and ghost
+  bool mesh_dirty = false;
+  bool reading = false;
+  bigint nhex_header = 0;
+  tagint de_base = 0;    // DE k of element e has the ID de_base + 8 (e - 1) + k + 1
+  bigint hexes_total = 0;
+  double dt_finite = 0.0;
+  double max_diagonal = 0.0;
+  std::vector<double> de_radius_max;    // per type
+  bool start_done = false;
+
+  // ---- kernels ----
+  struct Kernel {
+    std::unique_ptr<defe::fe::HexKernel> kernel;
+    int part;
+    defe::fe::HexCoords shape;
+  };
+  std::vector<Kernel> kernels;
+  struct Batch {
+    int kernel;
+    bool rigid, convertible;
+    std::vector<std::array<int, 8>> node;
+    std::vector<HexRecord *> hex;
+    std::vector<double> bound;
+  };
+  std::vector<Batch> batches;
+  int kernel_of(int part, const defe::fe::HexCoords &X);
+
+  // ---- surfaces ----
+  struct Facet {
+    tagint element;
+    int face, part;
+    int node[4];
+    bool outer;             // a free surface; otherwise the border to converted elements
+    double area;
+    double k_area;          // penalty stiffness per area (N/m3), negative for a rigid part
+    double size;            // longest diagonal
+    double centre[3];       // at the last reneighbouring
+  };
+  std::vector<Facet> facets;
+  struct ContactPair {
+    int point;    // atom
+    int first, count;
+    int part;
+    double r;              // 0 for nodes
+    double area;           // tributary
+    double k_own;          // penalty stiffness per area of the point's side, negative = rigid
+    double weight;
+    bool same;             // a DE against its own part
+  };
+  std::vector<ContactPair> contact_pairs;
+  std::vector<int> contact_facets;
+  double contact_energy = 0.0;    // at the last force evaluation, this rank
+  void build_surfaces();
+  void contact_forces();
+
+  // ---- conversion ----
+  std::vector<HexRecord *> marked;
+  bigint convert_step = -1;
+  bool any_marked = false;
+  struct Converting {
+    tagint id;
+    tagint node[8];
+    double centre[3];
+  };
+  std::vector<Converting> converting;
+  std::unordered_map<int, std::vector<Converting>> marked_at;    // by first node
+  bigint first_conversion = -1, first_damage = -1;    // steps
+  void mark_elements();
+  void convert_marked();
+  void make_ghosts_for_setup();
+  void ghost_positions();
+  void update_totals();
+
+  // ---- topology ----
+  void build_topology();
+
+  // ---- communication ----
+  enum CommMode { FRAME, POSVEL, SURFACE, MARKED, LOSS };
+  CommMode comm_mode = FRAME;
+  int comm_round = 0;
+  std::unordered_map<int, std::vector<HexPod>> surface_at;         // exposed elements by first node
+  std::vector<double> loss_mass;
+  std::vector<int> loss_count;
+
+  // ---- ledger ----
+  std::vector<double> f_internal;
+  double virial_fe[6];
+  double fe_energy_all();
+  double vector_values[25];
+  double surface_energy_all = 0.0;
+  bigint vector_step = -1;
+  void fill_vector();
+  bigint conversions_total = 0;
+  std::vector<double> scratch;
+  std::vector<Event> events;
+  void flush_events();
+
+  // ---- pictures ----
+  std::vector<double> image_data;
+  std::vector<double *> image_rows;
+  std::vector<int> image_vec;
+
+  void update_maxexchange();
+  int pack_record(int, double *) const;
+  int unpack_record(int, const double *);
+  int record_size(int) const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
+#endif

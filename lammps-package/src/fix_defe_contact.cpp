@@ -1,0 +1,310 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+
+   Contact of surfaces: nodes and DEs against facets of elements, by penalty.
+   The rank that owns the node or DE decides which facet it touches, so each pair
+   is treated once on any decomposition; facets of other ranks' elements come with
+   the ghosts of their first nodes.
+------------------------------------------------------------------------- */
+
+#include "fix_defe.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "neighbor.h"
+#include "update.h"
+
+#include "defe/coupling/facet.h"
+#include "defe/coupling/penalty.h"
+#include "defe/fe/hex8.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+using namespace LAMMPS_NS;
+using defe::Vec3;
+using defe::fe::HexCoords;
+
+// a point this far (in facet sizes) beside a facet still counts as over it: the two sides of a
+// contact strain differently, and a node must not drop off an edge that it is flush with
+static constexpr double EDGE_MARGIN = 0.05;
+
+// a point deeper than this (in facet sizes) is not in contact with this face
+static constexpr double MAX_DEPTH = 0.35;
+
+/* ----------------------------------------------------------------------
+   facets near my points and who may touch what; once per reneighbouring
+------------------------------------------------------------------------- */
+
+void FixDefe::build_surfaces()
+{
+  facets.clear();
+  contact_pairs.clear();
+  contact_facets.clear();
+  surface_at.clear();
+  if (!(contact_factor > 0.0)) return;
+
+  const int nlocal = atom->nlocal;
+
+  // elements with a face to the outside, from all ranks around
+
+  for (auto &b : batches)
+    for (size_t e = 0; e < b.hex.size(); e++) {
+      bool exposed = false;
+      for (tagint nb : b.hex[e]->nb) exposed = exposed || nb <= 0;
+      if (exposed) surface_at[b.node[e][0]].push_back(*b.hex[e]);
+    }
+  comm_mode = SURFACE;
+  for (comm_round = 0; comm_round < hexes_per_node; comm_round++)
+    comm->forward_comm(this, 1 + static_cast<int>((sizeof(HexPod) + 7) / 8));
+
+  std::vector<int> anchors;
+  for (const auto &s : surface_at) anchors.push_back(s.first);
+  std::sort(anchors.begin(), anchors.end());
+  for (int anchor : anchors)
+    for (const auto &h : surface_at[anchor]) {
+      int idx[8];
+      bool complete = true;
+      idx[0] = anchor;
+      for (int a = 1; a < 8; a++) {
+        const int j = atom->map(h.node[a]);
+        if (j < 0) {
+          complete = false;
+          break;
+        }
+        idx[a] = domain->closest_image(anchor, j);
+      }
+      if (!complete) continue;    // then it is farther away than anything of mine can touch
+      const Material &m = material_of(parts[h.part]);
+      HexCoords X;
+      for (int a = 0; a < 8; a++)
+        for (int k = 0; k < 3; k++) X(k, a) = xframe[idx[a]][k];
+      const double volume = defe::fe::volume(X);
+      for (int f = 0; f < 6; f++) {
+        if (h.nb[f] > 0) continue;
+        Facet facet;
+        facet.element = h.id;
+        facet.face = f;
+        facet.part = h.part;
+        facet.outer = (h.nb[f] == 0);
+        Vec3 P[4];
+        double c[3] = {0.0, 0.0, 0.0};
+        for (int k = 0; k < 4; k++) {
+          const int a = defe::fe::hex_face[f][k];
+          facet.node[k] = idx[a];
+          P[k] = X.col(a);
+          for (int d = 0; d < 3; d++) c[d] += 0.25 * atom->x[idx[a]][d];
+        }
+        for (int d = 0; d < 3; d++) facet.centre[d] = c[d];
+        facet.area = defe::fe::face_area(P);
+        facet.size = std::max((P[2] - P[0]).norm(), (P[3] - P[1]).norm());
+        facet.k_area = m.rigid
+            ? -1.0
+            : defe::penalty_stiffness_per_area(contact_factor, m.elastic.bulk(), facet.area,
+                                               volume);
+        facets.push_back(facet);
+      }
+    }
+
+  // points: my nodes on outer faces, and my DEs
+
+  struct Point {
+    int part;
+    double area = 0.0, k_sum = 0.0;
+    int k_count = 0;
+    double r = 0.0;
+  };
+  std::vector<std::pair<int, Point>> points;
+  {
+    std::unordered_map<int, Point> nodes;
+    for (const auto &f : facets) {
+      if (!f.outer) continue;
+      for (int i : f.node) {
+        if (i >= nlocal) continue;
+        auto &p = nodes.emplace(i, Point()).first->second;
+        if (p.k_count == 0) p.part = f.part;
+        if (p.part != f.part) continue;
+        p.area += 0.25 * f.area;
+        p.k_sum += f.k_area;
+        p.k_count++;
+      }
+    }
+    for (auto &p : nodes) points.emplace_back(p);
+    for (int d = 0; d < jt.nde; d++) {
+      const int i = jt.self[d];
+      Point p;
+      const DERecord &r = *jt.rec[d];
+      p.part = r.part;
+      const double edge = std::cbrt(r.volume);
+      p.area = edge * edge;
+      // as the face of the element had it: K A / V with the element's edge of twice the DE's
+      p.k_sum = defe::penalty_stiffness_per_area(
+          contact_factor, material_of(parts[r.part]).elastic.bulk(), 4.0 * edge * edge,
+          8.0 * edge * edge * edge);
+      p.k_count = 1;
+      p.r = atom->radius[i];
+      points.emplace_back(i, p);
+    }
+    std::sort(points.begin(), points.end(),
+              [](const auto &a, const auto &b) { return a.first < b.first; });
+  }
+  if (facets.empty() || points.empty()) return;
+
+  // facets in a grid of cells as large as the largest reach
+
+  double largest = 0.0, rmax = 0.0;
+  for (const auto &f : facets) largest = std::max(largest, f.size);
+  for (const auto &p : points) rmax = std::max(rmax, p.second.r);
+  const double reach = largest * (0.5 + MAX_DEPTH + EDGE_MARGIN) + rmax + neighbor->skin;
+  struct CellHash {
+    size_t operator()(const std::array<int, 3> &c) const
+    {
+      return static_cast<size_t>(c[0]) * 73856093u ^ static_cast<size_t>(c[1]) * 19349663u ^
+          static_cast<size_t>(c[2]) * 83492791u;
+    }
+  };
+  std::unordered_map<std::array<int, 3>, std::vector<int>, CellHash> grid;
+  auto cell_of = [reach](const double *x) {
+    return std::array<int, 3>{static_cast<int>(std::floor(x[0] / reach)),
+                              static_cast<int>(std::floor(x[1] / reach)),
+                              static_cast<int>(std::floor(x[2] / reach))};
+  };
+
+  // only facets in the overlap of the bounding boxes of two parts, or near DEs, matter
+
+  for (size_t k = 0; k < facets.size(); k++)
+    grid[cell_of(facets[k].centre)].push_back(static_cast<int>(k));
+
+  std::vector<int> near;
+  for (const auto &pp : points) {
+    const int i = pp.first;
+    const Point &p = pp.second;
+    const double *x = atom->x[i];
+    const auto c = cell_of(x);
+    near.clear();
+    for (int dx = -1; dx <= 1; dx++)
+      for (int dy = -1; dy <= 1; dy++)
+        for (int dz = -1; dz <= 1; dz++) {
+          auto found = grid.find({c[0] + dx, c[1] + dy, c[2] + dz});
+          if (found == grid.end()) continue;
+          for (int k : found->second) {
+            const Facet &f = facets[k];
+            const bool same = (f.part == p.part);
+            if (same && p.r == 0.0) continue;
+            double rsq = 0.0;
+            for (int d = 0; d < 3; d++) rsq += (x[d] - f.centre[d]) * (x[d] - f.centre[d]);
+            const double cut =
+                f.size * (0.5 + MAX_DEPTH + EDGE_MARGIN) + p.r + neighbor->skin;
+            if (rsq > cut * cut) continue;
+            if (material_of(parts[f.part]).rigid && material_of(parts[p.part]).rigid) continue;
+            if (same) {
+              // a DE is tied to this element, or rests on it in the reference state
+              bool tied = false;
+              for (const auto &slot : jt.rec[jt.of_atom[i]]->slot)
+                tied = tied || (slot.kind == DefeJoint::TIE && slot.other == f.element);
+              if (tied) continue;
+            }
+            near.push_back(k);
+          }
+        }
+    if (near.empty()) continue;
+    std::sort(near.begin(), near.end(), [this](int a, int b) {
+      const Facet &fa = facets[a], &fb = facets[b];
+      if (fa.part != fb.part) return fa.part < fb.part;
+      return fa.element != fb.element ? fa.element < fb.element : fa.face < fb.face;
+    });
+    for (size_t k = 0; k < near.size();) {
+      ContactPair cp;
+      cp.point = i;
+      cp.part = facets[near[k]].part;
+      cp.same = (cp.part == p.part);
+      cp.first = static_cast<int>(contact_facets.size());
+      cp.r = p.r;
+      cp.area = p.area;
+      cp.k_own = p.k_sum / p.k_count;
+      // nodes are met a second time, by the nodes of the other side against their facets
+      cp.weight = p.r > 0.0 ? 1.0 : 0.5;
+      for (; k < near.size() && facets[near[k]].part == cp.part; k++)
+        contact_facets.push_back(near[k]);
+      cp.count = static_cast<int>(contact_facets.size()) - cp.first;
+      contact_pairs.push_back(cp);
+    }
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDefe::contact_forces()
+{
+  double **x = atom->x;
+  double **f = atom->f;
+  contact_energy = 0.0;
+
+  for (const auto &cp : contact_pairs) {
+    const Vec3 p(x[cp.point]);
+    const Facet *best = nullptr;
+    defe::FacetPoint at;
+    double nearest = 1.0e300;
+    for (int k = cp.first; k < cp.first + cp.count; k++) {
+      const Facet &facet = facets[contact_facets[k]];
+
+      // cheap tests first: distance to the plane of the facet and to its middle
+
+      const Vec3 q[4] = {Vec3(x[facet.node[0]]), Vec3(x[facet.node[1]]), Vec3(x[facet.node[2]]),
+                         Vec3(x[facet.node[3]])};
+      const Vec3 mid = 0.25 * (q[0] + q[1] + q[2] + q[3]);
+      const Vec3 del = p - mid;
+      const double cut = facet.size * (0.5 + EDGE_MARGIN) + cp.r;
+      const double rsq = del.squaredNorm();
+      if (rsq > (cut + MAX_DEPTH * facet.size) * (cut + MAX_DEPTH * facet.size)) continue;
+      const Vec3 area = 0.5 * (q[2] - q[0]).cross(q[3] - q[1]);
+      const double height = del.dot(area) / area.norm();
+      const double warp = 0.25 * std::abs((q[0] - q[1] + q[2] - q[3]).dot(area)) / area.norm();
+      if (height > cp.r + warp) continue;
+      if (height < -MAX_DEPTH * facet.size - warp) continue;
+
+      const defe::FacetPoint here = defe::closest_point(p, q);
+      const double distance = (p - here.closest).norm();
+      if (distance < nearest) {
+        nearest = distance;
+        at = here;
+        best = &facet;
+      }
+    }
+    if (!best) continue;
+
+    Vec3 n = at.normal;
+    double gap = at.distance - cp.r;
+    const Vec3 off = p - at.closest;
+    const double h = off.dot(n);
+    const double beside = (off - h * n).norm();
+    if (cp.same || h > 0.0) {
+      // a sphere outside of the body: against the closest point, be it on a face or an edge
+      if (cp.r == 0.0 || nearest >= cp.r || (cp.same && h <= 0.0)) continue;
+      n = off / nearest;
+      gap = nearest - cp.r;
+    } else {
+      // below the face: in contact only if it is over it, less a margin at the edges
+      if (beside > EDGE_MARGIN * best->size || -h > MAX_DEPTH * best->size) continue;
+      gap = h - cp.r;
+    }
+    if (gap >= 0.0) continue;
+
+    double k = cp.k_own;
+    if (k < 0.0 || (best->k_area > 0.0 && best->k_area < k)) k = best->k_area;
+    k *= cp.area * cp.weight;
+    contact_energy += 0.5 * k * gap * gap;
+    const Vec3 force = -k * gap * n;
+    for (int d = 0; d < 3; d++) f[cp.point][d] += force[d];
+    for (int a = 0; a < 4; a++)
+      for (int d = 0; d < 3; d++) f[best->node[a]][d] -= at.N[a] * force[d];
+    const double v[6] = {off[0] * force[0], off[1] * force[1], off[2] * force[2],
+                         off[0] * force[1], off[0] * force[2], off[1] * force[2]};
+    for (int d = 0; d < 6; d++) virial_fe[d] += v[d];
+  }
+}

@@ -1,0 +1,379 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+
+   Conversion of elements into discrete elements, in pre_exchange of the step after
+   the criterion was met: LAMMPS then migrates the new atoms and rebuilds its lists.
+------------------------------------------------------------------------- */
+
+#include "fix_defe.h"
+
+#include "atom.h"
+#include "atom_vec.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "group.h"
+#include "modify.h"
+#include "update.h"
+
+#include "defe/coupling/conversion.h"
+#include "defe/fe/hex8.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <unordered_map>
+#include <unordered_set>
+
+using namespace LAMMPS_NS;
+using defe::Vec3;
+using defe::fe::HexCoords;
+
+bigint FixDefe::update_step() const
+{
+  return update->ntimestep;
+}
+
+/* ----------------------------------------------------------------------
+   on a reneighbouring step LAMMPS does not update ghosts: they still are where
+   they were a step ago. Fresh positions and velocities for what follows.
+------------------------------------------------------------------------- */
+
+void FixDefe::ghost_positions()
+{
+  comm_mode = POSVEL;
+  comm->forward_comm(this, 6);
+}
+
+/* ----------------------------------------------------------------------
+   strain energy of the corners of one owned DE at the current positions
+------------------------------------------------------------------------- */
+
+double FixDefe::de_energy(int d, unsigned present) const
+{
+  double **x = atom->x;
+  const int i = jt.self[d];
+  defe::Vec3 y[6], hf[6];
+  for (int s = 0; s < 6; s++) {
+    y[s].setZero();
+    if (!(present & (1u << s))) continue;
+    const int nb = jt.nb[d][s];
+    if (nb >= 0) {
+      for (int k = 0; k < 3; k++) y[s][k] = x[nb][k] - x[i][k];
+    } else {
+      const auto &node = jt.tie_node[~nb];
+      for (int k = 0; k < 3; k++) {
+        double p = 0.0;
+        for (int a = 0; a < 4; a++) p += defe::tie_weight[a] * x[node[a]][k];
+        y[s][k] = p - x[i][k];
+      }
+    }
+  }
+  const auto &moduli = corner_moduli[jt.material[d]];
+  if (d >= jt.north)
+    return defe::corner_strain_general(jt.cell[d - jt.north], y, present, moduli, hf);
+
+  // one orthogonal DE: neighbours as points of its own
+
+  double xs[21];
+  for (int k = 0; k < 3; k++) xs[k] = 0.0;
+  int nb[1][6];
+  double len[1][6], half[1][6], force[1][6][3], energy[1];
+  for (int s = 0; s < 6; s++) {
+    nb[0][s] = s + 1;
+    len[0][s] = jt.len[d][s];
+    half[0][s] = jt.half[d][s];
+    for (int k = 0; k < 3; k++) xs[3 * (s + 1) + k] = y[s][k];
+  }
+  const int self = 0;
+  const auto bits = static_cast<unsigned char>(present);
+  const defe::OrthogonalLattice one{1, &self, nb, &bits, len, half, nullptr};
+  return defe::corner_strain_orthogonal(one, xs, nullptr, &moduli, force, energy);
+}
+
+/* ----------------------------------------------------------------------
+   convert all marked elements, of all ranks, together
+------------------------------------------------------------------------- */
+
+void FixDefe::convert_marked()
+{
+  const int nlocal = atom->nlocal;
+  const int nall = nlocal + atom->nghost;
+  const double now = update->atime + (update->ntimestep - update->atimestep) * update->dt;
+
+  ghost_positions();
+  double **x = atom->x;
+  double **v = atom->v;
+
+  // every rank learns which elements near its own convert now
+
+  struct Own {
+    HexRecord *hex;
+    tagint id;
+    const std::array<int, 8> *idx;
+    int kernel;
+  };
+  std::vector<Own> own;
+  converting.clear();
+  marked_at.clear();
+  {
+    std::unordered_set<const HexRecord *> set(marked.begin(), marked.end());
+    for (auto &b : batches) {
+      if (!b.convertible) continue;
+      for (size_t e = 0; e < b.hex.size(); e++)
+        if (set.count(b.hex[e])) own.push_back({b.hex[e], b.hex[e]->id, &b.node[e], b.kernel});
+    }
+  }
+  std::sort(own.begin(), own.end(),
+            [](const Own &a, const Own &b) { return a.id < b.id; });
+  for (const auto &o : own) {
+    Converting c;
+    c.id = o.hex->id;
+    for (int k = 0; k < 3; k++) c.centre[k] = 0.0;
+    for (int a = 0; a < 8; a++) {
+      c.node[a] = o.hex->node[a];
+      for (int k = 0; k < 3; k++) c.centre[k] += 0.125 * x[(*o.idx)[a]][k];
+    }
+    marked_at[(*o.idx)[0]].push_back(c);
+  }
+  comm_mode = MARKED;
+  for (comm_round = 0; comm_round < hexes_per_node; comm_round++) comm->forward_comm(this, 12);
+  std::unordered_map<tagint, const Converting *> now_gone;
+  for (const auto &list : marked_at)
+    for (const auto &c : list.second) converting.push_back(c);
+  for (const auto &c : converting) now_gone[c.id] = &c;
+  std::unordered_map<tagint, std::vector<const Converting *>> at_node;
+  for (const auto &c : now_gone)
+    for (tagint t : c.second->node) at_node[t].push_back(c.second);
+
+  // strain energy before: of the elements, and of the DEs that are tied to them
+
+  for (const auto &o : own) {
+    HexCoords xe, Xe;
+    for (int a = 0; a < 8; a++)
+      for (int k = 0; k < 3; k++) {
+        xe(k, a) = x[(*o.idx)[a]][k];
+        Xe(k, a) = xframe[(*o.idx)[a]][k];
+      }
+    ledger.conv_strain += kernels[o.kernel].kernel->energy(xe, Xe);
+  }
+
+  // DEs tied to them get joints instead of ties
+
+  for (int d = 0; d < jt.nde; d++) {
+    DERecord &r = *jt.rec[d];
+    bool touched = false;
+    for (auto &slot : r.slot)
+      if (slot.kind == DefeJoint::TIE && now_gone.count(slot.other)) touched = true;
+    if (!touched) continue;
+    if (!r.newborn) ledger.conv_strain += de_energy(d, jt.present[d]);
+    r.newborn = 1;
+    for (auto &slot : r.slot)
+      if (slot.kind == DefeJoint::TIE && now_gone.count(slot.other)) {
+        slot.kind = DefeJoint::DE;
+        slot.other = de_base + 8 * (slot.other - 1) + slot.corner + 1;
+      }
+  }
+
+  // elements beside them: the face behind is free now, and the crack shields them
+
+  for (auto &b : batches)
+    for (size_t e = 0; e < b.hex.size(); e++) {
+      HexRecord &h = *b.hex[e];
+      if (now_gone.count(h.id)) continue;
+      for (tagint &nb : h.nb)
+        if (nb > 0 && now_gone.count(nb)) nb = -nb;
+      if (!b.convertible || !shield) continue;
+      std::unordered_set<tagint> seen;
+      double centre[3] = {0.0, 0.0, 0.0};
+      for (int a = 0; a < 8; a++) {
+        auto found = at_node.find(h.node[a]);
+        if (found == at_node.end()) continue;
+        if (seen.empty())
+          for (int c = 0; c < 8; c++)
+            for (int k = 0; k < 3; k++) centre[k] += 0.125 * x[b.node[e][c]][k];
+        for (const auto *c : found->second) {
+          if (!seen.insert(c->id).second) continue;
+          double del[3];
+          for (int k = 0; k < 3; k++) del[k] = c->centre[k] - centre[k];
+          for (int k = 0; k < 3; k++)
+            if (domain->periodicity[k]) del[k] -= domain->prd[k] * std::round(del[k] / domain->prd[k]);
+          defe::Shield s;
+          s.direction = Vec3(del[0], del[1], del[2]);
+          s.time = now;
+          h.shields.push_back(s);
+        }
+      }
+      // at most one entry per neighbour: the oldest ones have had their time
+      while (h.shields.size() > 26) h.shields.erase(h.shields.begin());
+    }
+
+  // the new DEs
+
+  struct Birth {
+    defe::NewDE de;
+    DERecord record;
+    tagint tag;
+    int part;
+    imageint image;
+  };
+  std::vector<Birth> births;
+  loss_mass.assign(nall, 0.0);
+  loss_count.assign(nall, 0);
+  for (const auto &o : own) {
+    const HexRecord &h = *o.hex;
+    const Part &p = parts[h.part];
+    HexCoords Xe, xe, ve;
+    double mass = 0.0;
+    for (int a = 0; a < 8; a++)
+      for (int k = 0; k < 3; k++) {
+        const int i = (*o.idx)[a];
+        Xe(k, a) = xframe[i][k];
+        xe(k, a) = x[i][k];
+        ve(k, a) = v[i][k];
+      }
+    const double volume = defe::fe::volume(Xe);
+    mass = material_of(p).elastic.rho * volume;
+    for (int a = 0; a < 8; a++) {
+      loss_mass[(*o.idx)[a]] += 0.125 * mass;
+      loss_count[(*o.idx)[a]]++;
+    }
+    const auto eight = defe::convert_hex(Xe, xe, ve, mass);
+    ledger.conv_kinetic += defe::conversion_kinetic_loss(ve, mass, eight);
+
+    for (int k = 0; k < 8; k++) {
+      Birth birth;
+      birth.de = eight[k];
+      birth.part = h.part;
+      birth.tag = de_base + 8 * (h.id - 1) + k + 1;
+      memset(static_cast<void *>(&birth.record), 0, sizeof(DERecord));
+      DERecord &r = birth.record;
+      r.element = h.id;
+      r.corner = k;
+      r.part = h.part;
+      r.volume = eight[k].volume;
+      r.newborn = 1;
+      for (int s = 0; s < 6; s++) {
+        JointSlot &slot = r.slot[s];
+        const double area = eight[k].area[s];
+        slot.area = area;
+        for (int c = 0; c < 3; c++) {
+          slot.face[c] = eight[k].face[s][c];
+          slot.normal[c] = area > 0.0 ? eight[k].area_normal[s][c] / area : 0.0;
+        }
+        slot.state = DefeJoint::CONNECTIVE;
+        if (!defe::slot_is_outer(k, s)) {
+          const int other = defe::fe::hex_edge_neighbor(k, s / 2);
+          slot.kind = DefeJoint::DE;
+          slot.other = de_base + 8 * (h.id - 1) + other + 1;
+          slot.partner = static_cast<signed char>(s ^ 1);
+          slot.corner = static_cast<signed char>(other);
+          continue;
+        }
+        const tagint nb = h.nb[s];
+        if (nb == 0) {
+          slot.kind = DefeJoint::NONE;
+          continue;
+        }
+        const int pos = defe::fe::hex_face_position(s, k);
+        const int q = (h.nbrot[s] - pos + 4) % 4;
+        const int corner = defe::fe::hex_face[static_cast<int>(h.nbface[s])][q];
+        slot.corner = static_cast<signed char>(corner);
+        slot.partner = h.nbface[s];
+        if (nb < 0 || now_gone.count(nb)) {
+          const tagint element = nb < 0 ? -nb : nb;
+          slot.kind = DefeJoint::DE;
+          slot.other = de_base + 8 * (element - 1) + corner + 1;
+        } else {
+          slot.kind = DefeJoint::TIE;
+          slot.other = nb;
+          for (int c = 0; c < 4; c++)
+            slot.face_node[c] = h.node[defe::fe::hex_face[s][(pos + c) % 4]];
+        }
+      }
+      births.push_back(birth);
+    }
+
+    Event e;
+    e.step = update->ntimestep;
+    e.what = 0;
+    e.a = h.id;
+    e.b = h.part + 1;
+    const Vec3 centre = Xe.rowwise().mean();
+    for (int k = 0; k < 3; k++) {
+      e.x[k] = centre[k];
+      e.n[k] = 0.0;
+    }
+    e.value = mass;
+    record_event(e);
+  }
+
+  // nodes lose an eighth of each; those without elements go
+
+  comm_mode = LOSS;
+  comm->reverse_comm(this, 2);
+  for (int i = 0; i < nlocal; i++) {
+    if (loss_count[i] == 0) continue;
+    nelem[i] -= loss_count[i];
+    atom->rmass[i] -= loss_mass[i];
+    if (nelem[i] < 0)
+      error->one(FLERR, "Fix defe: node {} lost more elements than it had", atom->tag[i]);
+  }
+  for (const auto &o : own) {
+    auto &list = hexes[(*o.idx)[0]];
+    list.erase(std::find_if(list.begin(), list.end(),
+                            [&o](const HexRecord &h) { return h.id == o.id; }));
+  }
+  int n = nlocal;
+  for (int i = nlocal - 1; i >= 0; i--)
+    if (loss_count[i] > 0 && nelem[i] == 0) {
+      if (i != n - 1) atom->avec->copy(n - 1, i, 1);
+      else {
+        hexes[i].clear();
+        de[i].reset();
+      }
+      n--;
+    }
+  atom->nlocal = n;
+
+  for (const auto &b : births) {
+    const Part &p = parts[b.part];
+    double xnew[3] = {b.de.x[0], b.de.x[1], b.de.x[2]};
+    atom->avec->create_atom(p.type, xnew);
+    const int i = atom->nlocal - 1;
+    atom->tag[i] = b.tag;
+    atom->mask[i] = 1 | group->bitmask[p.group];
+    atom->radius[i] = b.de.radius;
+    atom->rmass[i] = b.de.mass;
+    for (int k = 0; k < 3; k++) {
+      atom->v[i][k] = b.de.v[k];
+      atom->omega[i][k] = b.de.omega[k];
+    }
+    modify->create_attribute(i);
+    const double ref[3] = {b.de.X[0], b.de.X[1], b.de.X[2]};
+    set_reference(i, ref);
+    de[i] = std::make_unique<DERecord>(b.record);
+  }
+  marked.clear();
+
+  bigint mine[2] = {atom->nlocal, static_cast<bigint>(own.size())}, all[2];
+  MPI_Allreduce(mine, all, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  atom->natoms = all[0];
+  conversions_total += all[1];
+  hexes_total -= all[1];
+  des_total += 8 * all[1];
+  if (all[1] > 0 && first_conversion < 0) first_conversion = update->ntimestep;
+  atom->nghost = 0;
+  atom->map_init();
+  atom->map_set();
+
+  // local indices are void until the next reneighbouring
+
+  batches.clear();
+  jt.clear();
+  contact_pairs.clear();
+  facets.clear();
+  update_maxexchange();
+}

@@ -1,0 +1,487 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+
+   The mesh: neighbours, masses and checks of new elements, and the data file.
+   Nothing here is gathered: what an element needs of a node or of a neighbour
+   meets it on the rank that its ID is dealt to (a rendezvous).
+------------------------------------------------------------------------- */
+
+#include "fix_defe.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "irregular.h"
+#include "text_file_reader.h"
+#include "tokenizer.h"
+#include "update.h"
+
+#include "defe/coupling/conversion.h"
+#include "defe/coupling/shielding.h"
+#include "defe/fe/hex8.h"
+#include "defe/fe/stable_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <unordered_map>
+
+using namespace LAMMPS_NS;
+using defe::fe::HexCoords;
+
+namespace {
+
+/// Send each datum to its rank; returns what arrived here.
+template <class T>
+std::vector<T> route(LAMMPS *lmp, std::vector<T> &send, std::vector<int> &proc)
+{
+  Irregular irregular(lmp);
+  const int nrecv = irregular.create_data(static_cast<int>(send.size()), proc.data(), 1);
+  std::vector<T> recv(nrecv + 1);
+  irregular.exchange_data(reinterpret_cast<char *>(send.data()), sizeof(T),
+                          reinterpret_cast<char *>(recv.data()));
+  irregular.destroy_data();
+  recv.resize(nrecv);
+  return recv;
+}
+
+struct NodeDatum {
+  tagint tag;
+  double x[3];
+  int proc, local;
+};
+
+struct NodeRequest {
+  tagint tag;
+  int proc, element, corner;
+};
+
+struct NodeReply {
+  double x[3];
+  int element, corner;
+  int found;
+};
+
+struct MassShare {
+  tagint tag, element;
+  double mass;
+};
+
+struct MassReply {
+  int local;
+  int count;
+  double mass;
+};
+
+struct FaceDatum {
+  tagint key[4];     // sorted
+  tagint node[4];    // in the order of the face, outward
+  tagint element;
+  int proc, local, face;
+};
+
+struct FaceReply {
+  int local, face;
+  tagint element;
+  int nbface, nbrot;
+};
+
+}    // namespace
+
+/* ----------------------------------------------------------------------
+   neighbours, node masses, checks; once after the mesh was made or read
+------------------------------------------------------------------------- */
+
+void FixDefe::build_topology()
+{
+  reading = false;
+  int mine = mesh_dirty ? 1 : 0, dirty = 0;
+  MPI_Allreduce(&mine, &dirty, 1, MPI_INT, MPI_MAX, world);
+  if (!dirty) return;
+  mesh_dirty = false;
+  if (des_total > 0)
+    error->all(FLERR, "Fix defe: all meshes must be made before elements convert");
+
+  const int nprocs = comm->nprocs;
+  const int nlocal = atom->nlocal;
+  auto rendezvous = [nprocs](tagint t) { return static_cast<int>(t % nprocs); };
+
+  std::vector<HexRecord *> mesh;
+  std::vector<int> anchor;
+  int most = 0;
+  for (int i = 0; i < nlocal; i++) {
+    most = MAX(most, static_cast<int>(hexes[i].size()));
+    for (auto &h : hexes[i]) {
+      mesh.push_back(&h);
+      anchor.push_back(i);
+    }
+  }
+  MPI_Allreduce(&most, &hexes_per_node, 1, MPI_INT, MPI_MAX, world);
+  hexes_per_node = MAX(hexes_per_node, 1);
+  const int n = static_cast<int>(mesh.size());
+
+  bigint count = n;
+  MPI_Allreduce(&count, &hexes_total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+
+  // 1. reference positions of each element's nodes
+
+  std::vector<HexCoords> X(n);
+  {
+    std::vector<NodeDatum> nodes;
+    std::vector<int> proc;
+    for (int i = 0; i < nlocal; i++) {
+      nodes.push_back({atom->tag[i], {xref[i][0], xref[i][1], xref[i][2]}, comm->me, i});
+      proc.push_back(rendezvous(atom->tag[i]));
+    }
+    auto here = route(lmp, nodes, proc);
+    std::vector<NodeRequest> requests;
+    proc.clear();
+    for (int e = 0; e < n; e++)
+      for (int a = 0; a < 8; a++) {
+        requests.push_back({mesh[e]->node[a], comm->me, e, a});
+        proc.push_back(rendezvous(mesh[e]->node[a]));
+      }
+    auto asked = route(lmp, requests, proc);
+    std::unordered_map<tagint, int> where;
+    for (size_t k = 0; k < here.size(); k++) where[here[k].tag] = static_cast<int>(k);
+    std::vector<NodeReply> replies;
+    proc.clear();
+    for (const auto &r : asked) {
+      NodeReply reply{{0.0, 0.0, 0.0}, r.element, r.corner, 0};
+      auto found = where.find(r.tag);
+      if (found != where.end()) {
+        reply.found = 1;
+        for (int k = 0; k < 3; k++) reply.x[k] = here[found->second].x[k];
+      }
+      replies.push_back(reply);
+      proc.push_back(r.proc);
+    }
+    for (const auto &r : route(lmp, replies, proc)) {
+      if (!r.found)
+        error->one(FLERR, "Element {} of part {}: its node {} (number {} of 8) does not exist",
+                   mesh[r.element]->id, parts[mesh[r.element]->part].name,
+                   mesh[r.element]->node[r.corner], r.corner + 1);
+      for (int k = 0; k < 3; k++) X[r.element](k, r.corner) = r.x[k];
+    }
+  }
+
+  // 2. shapes: checks, volume, stable step, largest diagonal and DE
+
+  std::vector<double> mass(n);
+  double dt = 1.0e300, diagonal = 0.0;
+  bigint suspicious = 0;
+  std::vector<double> radius(atom->ntypes + 1, 0.0);
+  std::vector<double> size_sum(2 * parts.size(), 0.0);
+  struct ShapeStep {
+    HexCoords X;
+    int part;
+    double dt;
+  };
+  std::vector<ShapeStep> steps;    // exact critical step per distinct shape
+  for (int e = 0; e < n; e++) {
+    const Part &p = parts[mesh[e]->part];
+    for (int a = 1; a < 8; a++)
+      for (int b = 0; b < a; b++)
+        if (mesh[e]->node[a] == mesh[e]->node[b])
+          error->one(FLERR,
+                     "Element {} of part {} has node {} twice: wedges and tetrahedra written as "
+                     "hexahedra are not supported",
+                     mesh[e]->id, p.name, mesh[e]->node[a]);
+    const auto check = defe::fe::check_hex(X[e]);
+    if (check.verdict == defe::fe::HexCheck::bad)
+      error->one(FLERR, "Part {}: {}", p.name,
+                 defe::fe::describe_bad_hex(mesh[e]->id, X[e], check));
+    if (check.verdict == defe::fe::HexCheck::suspicious) suspicious++;
+    const double volume = defe::fe::volume(X[e]);
+    const Material &m = material_of(p);
+    mass[e] = m.elastic.rho * volume;
+    diagonal = MAX(diagonal, defe::fe::max_diagonal(X[e]));
+    size_sum[2 * mesh[e]->part] += std::cbrt(volume);
+    size_sum[2 * mesh[e]->part + 1] += 1.0;
+    if (!m.rigid) {
+      double step = -1.0;
+      for (const auto &s : steps)
+        if (s.part == mesh[e]->part && defe::fe::congruent(s.X, X[e])) {
+          step = s.dt;
+          break;
+        }
+      if (step < 0.0) {
+        step = defe::fe::critical_step(X[e], m.elastic);
+        if (steps.size() < 64) steps.push_back({X[e], mesh[e]->part, step});
+      }
+      dt = MIN(dt, step);
+    }
+    if (p.convertible) {
+      double r = 0.5 * std::cbrt(volume / 8.0);
+      if (!defe::fe::is_box(X[e]))
+        for (const auto &d : defe::convert_hex(X[e], X[e], HexCoords::Zero(), mass[e]))
+          r = MAX(r, d.radius);
+      radius[p.type] = MAX(radius[p.type], r);
+    }
+  }
+  bigint all_suspicious = 0;
+  MPI_Allreduce(&suspicious, &all_suspicious, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (all_suspicious && comm->me == 0)
+    error->warning(FLERR,
+                   "{} elements have a non-positive Jacobian at a corner (positive at all Gauss "
+                   "points): they are used, but the mesh is poor there",
+                   all_suspicious);
+  MPI_Allreduce(&dt, &dt_finite, 1, MPI_DOUBLE, MPI_MIN, world);
+  if (dt_finite >= 1.0e300) dt_finite = 0.0;
+  MPI_Allreduce(&diagonal, &max_diagonal, 1, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(radius.data(), de_radius_max.data(), static_cast<int>(radius.size()), MPI_DOUBLE,
+                MPI_MAX, world);
+  std::vector<double> size_all(size_sum.size());
+  MPI_Allreduce(size_sum.data(), size_all.data(), static_cast<int>(size_sum.size()), MPI_DOUBLE,
+                MPI_SUM, world);
+  for (size_t p = 0; p < parts.size(); p++) {
+    const auto &m = material_of(parts[p]);
+    if (m.rigid || size_all[2 * p + 1] == 0.0) continue;
+    parts[p].shield_time = defe::shielding_time(size_all[2 * p] / size_all[2 * p + 1],
+                                                m.elastic.lambda(), m.elastic.mu(), m.elastic.rho);
+  }
+
+  // 3. node masses, summed in the order of element IDs: the same on any number of ranks
+
+  {
+    std::vector<NodeDatum> nodes;
+    std::vector<int> proc;
+    for (int i = 0; i < nlocal; i++) {
+      nodes.push_back({atom->tag[i], {0.0, 0.0, 0.0}, comm->me, i});
+      proc.push_back(rendezvous(atom->tag[i]));
+    }
+    auto here = route(lmp, nodes, proc);
+    std::vector<MassShare> shares;
+    proc.clear();
+    for (int e = 0; e < n; e++)
+      for (int a = 0; a < 8; a++) {
+        shares.push_back({mesh[e]->node[a], mesh[e]->id, 0.125 * mass[e]});
+        proc.push_back(rendezvous(mesh[e]->node[a]));
+      }
+    auto came = route(lmp, shares, proc);
+    std::sort(came.begin(), came.end(), [](const MassShare &a, const MassShare &b) {
+      return a.tag != b.tag ? a.tag < b.tag : a.element < b.element;
+    });
+    std::unordered_map<tagint, int> where;
+    for (size_t k = 0; k < here.size(); k++) where[here[k].tag] = static_cast<int>(k);
+    std::vector<MassReply> replies;
+    proc.clear();
+    for (size_t k = 0; k < came.size();) {
+      const auto &node = here[where[came[k].tag]];
+      MassReply reply{node.local, 0, 0.0};
+      for (const tagint t = came[k].tag; k < came.size() && came[k].tag == t; k++) {
+        if (reply.count > 0 && came[k].element == came[k - 1].element)
+          error->one(FLERR, "Element ID {} is used twice: element IDs must be unique",
+                     came[k].element);
+        reply.mass += came[k].mass;
+        reply.count++;
+      }
+      replies.push_back(reply);
+      proc.push_back(node.proc);
+    }
+    for (int i = 0; i < nlocal; i++) nelem[i] = 0;
+    for (const auto &r : route(lmp, replies, proc)) {
+      nelem[r.local] = r.count;
+      atom->rmass[r.local] = r.mass;
+      if (atom->radius[r.local] != 0.0)
+        error->one(FLERR, "Node {} of the mesh has radius {}: nodes are spheres of radius 0",
+                   atom->tag[r.local], atom->radius[r.local]);
+    }
+  }
+
+  // 4. what is behind each face
+
+  {
+    std::vector<FaceDatum> faces;
+    std::vector<int> proc;
+    for (int e = 0; e < n; e++)
+      for (int f = 0; f < 6; f++) {
+        FaceDatum d;
+        for (int k = 0; k < 4; k++)
+          d.key[k] = d.node[k] = mesh[e]->node[defe::fe::hex_face[f][k]];
+        std::sort(d.key, d.key + 4);
+        d.element = mesh[e]->id;
+        d.proc = comm->me;
+        d.local = e;
+        d.face = f;
+        faces.push_back(d);
+        proc.push_back(rendezvous(d.key[0]));
+      }
+    auto came = route(lmp, faces, proc);
+    auto less = [](const FaceDatum &a, const FaceDatum &b) {
+      for (int k = 0; k < 4; k++)
+        if (a.key[k] != b.key[k]) return a.key[k] < b.key[k];
+      return a.element < b.element;
+    };
+    std::sort(came.begin(), came.end(), less);
+    auto same = [](const FaceDatum &a, const FaceDatum &b) {
+      return std::equal(a.key, a.key + 4, b.key);
+    };
+    std::vector<FaceReply> replies;
+    proc.clear();
+    for (size_t k = 0; k + 1 < came.size(); k++) {
+      const auto &a = came[k];
+      const auto &b = came[k + 1];
+      if (!same(a, b)) continue;
+      if (k + 2 < came.size() && same(b, came[k + 2]))
+        error->one(FLERR, "Elements {}, {} and {} share one face: the mesh overlaps itself",
+                   a.element, b.element, came[k + 2].element);
+      auto reply = [&](const FaceDatum &me, const FaceDatum &other) {
+        FaceReply r{me.local, me.face, other.element, other.face, -1};
+        for (int q = 0; q < 4; q++)
+          if (other.node[q] == me.node[0]) r.nbrot = q;
+        // seen from the other side the nodes run the other way round
+        for (int q = 0; q < 4; q++)
+          if (other.node[(r.nbrot - q + 4) % 4] != me.node[q])
+            error->one(FLERR,
+                       "Elements {} and {} share a face but lie on the same side of it: one of "
+                       "them is numbered inside out",
+                       me.element, other.element);
+        replies.push_back(r);
+        proc.push_back(me.proc);
+      };
+      reply(a, b);
+      reply(b, a);
+      k++;
+    }
+    for (int e = 0; e < n; e++)
+      for (int f = 0; f < 6; f++) mesh[e]->nb[f] = 0;
+    for (const auto &r : route(lmp, replies, proc)) {
+      mesh[r.local]->nb[r.face] = r.element;
+      mesh[r.local]->nbface[r.face] = static_cast<signed char>(r.nbface);
+      mesh[r.local]->nbrot[r.face] = static_cast<signed char>(r.nbrot);
+    }
+  }
+
+  // 5. atom IDs of DEs follow those of all atoms, from the IDs of their elements
+
+  tagint last = 0;
+  for (int i = 0; i < nlocal; i++) last = MAX(last, atom->tag[i]);
+  MPI_Allreduce(&last, &de_base, 1, MPI_LMP_TAGINT, MPI_MAX, world);
+  bigint last_de = static_cast<bigint>(de_base) + 8 * last_hex_id();
+  if (last_de > MAXTAGINT)
+    error->all(FLERR, "Fix defe needs atom IDs up to {}: compile LAMMPS with -DLAMMPS_BIGBIG",
+               last_de);
+
+  kernels.clear();
+  for (auto *h : mesh) h->kernel = -1;
+
+  if (comm->me == 0)
+    utils::logmesg(lmp, "Fix defe: {} hexahedra, stable time step {:.6g}\n", hexes_total,
+                   dt_finite);
+}
+
+/* ----------------------------------------------------------------------
+   data file: "N hexes" in the header, section Hexes with lines
+   ID part node1 ... node8   (part: name or number)
+------------------------------------------------------------------------- */
+
+void FixDefe::read_data_header(char *line)
+{
+  try {
+    ValueTokenizer values(line);
+    nhex_header = values.next_bigint();
+    if (values.next_string() != "hexes") throw TokenizerException("must end in 'hexes'", line);
+  } catch (std::exception &e) {
+    error->all(FLERR, "Fix defe cannot read the header line '{}' of the data file: {}",
+               utils::trim(line), e.what());
+  }
+  if (nhex_header < 0) error->all(FLERR, "Data file has a negative number of hexes");
+
+  // set_arrays comes after the sections: it must keep what they brought. Slots above nlocal may
+  // hold leftovers of atoms that moved away.
+
+  reading = true;
+  for (int i = atom->nlocal; i < atom->nmax; i++) {
+    hexes[i].clear();
+    de[i].reset();
+  }
+}
+
+bigint FixDefe::read_data_skip_lines(char * /*keyword*/)
+{
+  return nhex_header;
+}
+
+void FixDefe::read_data_section(char * /*keyword*/, int n, char *buf, tagint id_offset)
+{
+  mesh_dirty = true;
+  auto lines = utils::split_lines(buf);
+  int read = 0;
+  for (const auto &raw : lines) {
+    const auto line = utils::trim(utils::trim_comment(raw));
+    if (line.empty()) continue;
+    read++;
+    tagint hexid, node[8];
+    int part = -1;
+    try {
+      ValueTokenizer values(line);
+      hexid = values.next_tagint();
+      auto name = values.next_string();
+      part = find_part(name);
+      if (part < 0 && utils::is_integer(name)) part = std::stoi(name) - 1;
+      if (part < 0 || part >= static_cast<int>(parts.size()))
+        throw TokenizerException("unknown part", name);
+      for (tagint &a : node) a = values.next_tagint() + id_offset;
+      if (values.has_next()) throw TokenizerException("too many items", "");
+    } catch (std::exception &e) {
+      error->all(FLERR, "Line '{}' of section Hexes: {}; needed: ID part and 8 node IDs", line,
+                 e.what());
+    }
+    if (hexid <= 0) error->all(FLERR, "Line '{}' of section Hexes: element ID must be > 0", line);
+    const int i = atom->map(node[0]);
+    if (i >= 0 && i < atom->nlocal) add_hex(i, hexid, part, node);
+  }
+  if (read != n)
+    error->all(FLERR, "Section Hexes of the data file ends early: {} of {} lines", read, n);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDefe::write_data_header(FILE *fp, int /*mth*/)
+{
+  utils::print(fp, "{} hexes\n", hexes_total);
+  if (des_total > 0)
+    error->warning(FLERR,
+                   "Data file holds the {} finite elements that are left; joints between the {} DEs "
+                   "are lost: use write_restart to go on",
+                   hexes_total, des_total);
+}
+
+void FixDefe::write_data_section_size(int /*mth*/, int &nx, int &ny)
+{
+  nx = 0;
+  for (int i = 0; i < atom->nlocal; i++) nx += static_cast<int>(hexes[i].size());
+  ny = 10;
+}
+
+void FixDefe::write_data_section_pack(int /*mth*/, double **buf)
+{
+  int n = 0;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (const auto &h : hexes[i]) {
+      buf[n][0] = ubuf(h.id).d;
+      buf[n][1] = ubuf(h.part).d;
+      for (int a = 0; a < 8; a++) buf[n][2 + a] = ubuf(h.node[a]).d;
+      n++;
+    }
+}
+
+void FixDefe::write_data_section_keyword(int /*mth*/, FILE *fp)
+{
+  utils::print(fp, "\nHexes\n\n");
+}
+
+void FixDefe::write_data_section(int /*mth*/, FILE *fp, int n, double **buf, int /*index*/)
+{
+  for (int k = 0; k < n; k++) {
+    utils::print(fp, "{} {}", static_cast<tagint>(ubuf(buf[k][0]).i),
+                 parts[static_cast<int>(ubuf(buf[k][1]).i)].name);
+    for (int a = 0; a < 8; a++)
+      utils::print(fp, " {}", static_cast<tagint>(ubuf(buf[k][2 + a]).i));
+    fputc('\n', fp);
+  }
+}

@@ -1,0 +1,820 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+
+   Bonded spheres. The laws are in coupling/; here are the loops and the bookkeeping.
+
+   A joint between two DEs is known to both. The corners of a DE are computed by the rank
+   that owns it; the two halves of a joint's force meet after one forward communication,
+   so that both sides add up the same numbers. Changes of state are decided by the rank
+   that owns the DE with the lower ID, and sent to the other.
+------------------------------------------------------------------------- */
+
+#include "pair_defe_joint.h"
+
+#include "fix_defe.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "fix_neigh_history.h"
+#include "force.h"
+#include "memory.h"
+#include "modify.h"
+#include "neigh_list.h"
+#include "neighbor.h"
+#include "update.h"
+
+#include "defe/coupling/conversion.h"
+
+#include <Eigen/SVD>
+
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+using defe::Mat3;
+using defe::Vec3;
+
+/* ---------------------------------------------------------------------- */
+
+PairDefeJoint::PairDefeJoint(LAMMPS *lmp) : Pair(lmp)
+{
+  single_enable = 0;
+  restartinfo = 1;
+  no_virial_fdotr_compute = 1;
+  centroidstressflag = CENTROID_NOTAVAIL;
+  finitecutflag = 1;
+  comm_forward = 18;
+
+  // place holder: contact history must come before fixes that create atoms
+
+  fix_dummy = modify->add_fix("NEIGH_HISTORY_DEFE_DUMMY" + std::to_string(instance_me) +
+                              " all DUMMY");
+}
+
+PairDefeJoint::~PairDefeJoint()
+{
+  if (copymode) return;
+  if (allocated) {
+    memory->destroy(setflag);
+    memory->destroy(cutsq);
+  }
+  const auto me = std::to_string(instance_me);
+  if (fix_history)
+    modify->delete_fix("NEIGH_HISTORY_DEFE" + me);
+  else
+    modify->delete_fix("NEIGH_HISTORY_DEFE_DUMMY" + me);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDefeJoint::allocate()
+{
+  allocated = 1;
+  atom_types = atom->ntypes;
+  const int n = atom_types + 1;
+  memory->create(setflag, n, n, "pair:setflag");
+  memory->create(cutsq, n, n, "pair:cutsq");
+
+  // types of nodes need no coefficients; those of DEs are checked in init_style
+
+  for (int i = 1; i < n; i++)
+    for (int j = 1; j < n; j++) {
+      setflag[i][j] = 1;
+      cutsq[i][j] = 0.0;
+    }
+  coeffs.assign(static_cast<size_t>(n) * n, Coeff());
+}
+
+void PairDefeJoint::settings(int narg, char **arg)
+{
+  if (narg)
+    error->all(FLERR, "Pair style {} takes no arguments, not {}; its numbers go to pair_coeff",
+               force->pair_style ? force->pair_style : "defe/*", arg[0]);
+}
+
+/* ----------------------------------------------------------------------
+   I J connective (E nu | material) cohesive sigma_t G_f beta [reciprocal]
+       contact restitution friction
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::coeff(int narg, char **arg)
+{
+  if (narg < 3) utils::missing_cmd_args(FLERR, "pair_coeff", error);
+  if (!allocated) allocate();
+
+  int ilo, ihi, jlo, jhi;
+  utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
+  utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
+
+  Coeff c;
+  int iarg = 2;
+  auto need = [&](int n, const char *what) {
+    if (iarg + n > narg)
+      utils::missing_cmd_args(FLERR, std::string("pair_coeff ") + what, error);
+  };
+  while (iarg < narg) {
+    const std::string key = arg[iarg];
+    if (key == "connective") {
+      need(2, "connective E nu");
+      c.has_connective = true;
+      if (strcmp(arg[iarg + 1], "material") == 0) {
+        iarg += 2;
+        continue;
+      }
+      need(3, "connective E nu");
+      c.E = utils::numeric(FLERR, arg[iarg + 1], false, lmp);
+      c.nu = utils::numeric(FLERR, arg[iarg + 2], false, lmp);
+      if (!(c.E > 0.0)) error->all(FLERR, "Pair_coeff connective: E must be > 0, not {}", c.E);
+      if (!(c.nu > -1.0 && c.nu < 0.5))
+        error->all(FLERR, "Pair_coeff connective: nu must be between -1 and 0.5, not {}", c.nu);
+      iarg += 3;
+    } else if (key == "cohesive") {
+      need(4, "cohesive sigma_t G_f beta");
+      if (!with_cohesive)
+        error->all(FLERR, "Pair_coeff cohesive: this pair style has no cohesive joints");
+      c.has_cohesive = true;
+      c.cohesive.sigma_t = utils::numeric(FLERR, arg[iarg + 1], false, lmp);
+      c.cohesive.G_f = utils::numeric(FLERR, arg[iarg + 2], false, lmp);
+      c.cohesive.beta = utils::numeric(FLERR, arg[iarg + 3], false, lmp);
+      iarg += 4;
+      if (iarg < narg && strcmp(arg[iarg], "reciprocal") == 0) {
+        c.cohesive.reciprocal = true;
+        iarg++;
+      }
+      if (!(c.cohesive.sigma_t > 0.0) || !(c.cohesive.G_f > 0.0) || !(c.cohesive.beta >= 0.0))
+        error->all(FLERR, "Pair_coeff cohesive: sigma_t and G_f must be > 0, beta >= 0");
+      if (c.cohesive.reciprocal && c.cohesive.beta == 0.0)
+        error->all(FLERR, "Pair_coeff cohesive: beta must be > 0 with reciprocal");
+    } else if (key == "contact") {
+      need(3, "contact restitution friction");
+      if (!with_contact)
+        error->all(FLERR, "Pair_coeff contact: this pair style has no contact law");
+      c.has_contact = true;
+      c.restitution = utils::numeric(FLERR, arg[iarg + 1], false, lmp);
+      c.friction = utils::numeric(FLERR, arg[iarg + 2], false, lmp);
+      if (!(c.restitution > 0.0 && c.restitution <= 1.0))
+        error->all(FLERR, "Pair_coeff contact: restitution must be in (0, 1], not {}",
+                   c.restitution);
+      if (!(c.friction >= 0.0))
+        error->all(FLERR, "Pair_coeff contact: friction must be >= 0, not {}", c.friction);
+      c.damping_ratio = defe::damping_ratio(c.restitution);
+      iarg += 3;
+    } else
+      error->all(FLERR, "Unknown pair_coeff keyword {}: use connective, cohesive or contact", key);
+  }
+
+  int count = 0;
+  for (int i = ilo; i <= ihi; i++)
+    for (int j = MAX(jlo, i); j <= jhi; j++) {
+      coeff_of(i, j) = coeff_of(j, i) = c;
+      count++;
+    }
+  if (count == 0) error->all(FLERR, "Pair_coeff: no pair of types {} {}", arg[0], arg[1]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDefeJoint::init_style()
+{
+  if (!atom->radius_flag || !atom->rmass_flag || !atom->omega_flag) error->all(FLERR, "Pair style defe/* needs atom_style sphere");
+  if (comm->ghost_velocity == 0)
+    error->all(FLERR, "Pair style defe/* needs velocities of ghosts: add comm_modify vel yes");
+  if (force->newton == 0)
+    error->all(FLERR, "Pair style defe/* needs 'newton off on' or 'newton on'");
+
+  auto fixes = modify->get_fix_by_style("^defe$");
+  if (fixes.empty())
+    error->all(FLERR, "Pair style defe/* joins the DEs of a fix defe: define one");
+  fix = dynamic_cast<FixDefe *>(fixes.front());
+
+  if (with_contact) {
+    neighbor->add_request(this, NeighConst::REQ_SIZE | NeighConst::REQ_HISTORY);
+    const auto me = std::to_string(instance_me);
+    if (!fix_history) {
+      fix_history = dynamic_cast<FixNeighHistory *>(
+          modify->replace_fix("NEIGH_HISTORY_DEFE_DUMMY" + me,
+                              "NEIGH_HISTORY_DEFE" + me + " all NEIGH_HISTORY 3", 1));
+      fix_history->pair = this;
+      fix_dummy = nullptr;
+    }
+  } else
+    neighbor->add_request(this, NeighConst::REQ_SIZE);
+
+  // elastic constants of each part; DE types must have all the coefficients that the style uses
+
+  table.clear();
+  young.clear();
+  for (const auto &p : fix->parts) {
+    const auto &m = fix->material_of(p);
+    table.push_back({m.elastic.lambda(), m.elastic.mu()});
+    young.push_back(m.elastic.E);
+    if (m.rigid) table.back() = {0.0, 0.0};
+    if (!p.convertible) continue;
+    const Coeff &c = coeff_of(p.type, p.type);
+    if ((with_connective && !c.has_connective) || (with_cohesive && !c.has_cohesive) ||
+        (with_contact && !c.has_contact))
+      error->all(FLERR,
+                 "DEs of part {} have type {}: give 'pair_coeff {} {}' with{}{}{} coefficients",
+                 p.name, p.type, p.type, p.type, with_connective ? " connective" : "",
+                 with_cohesive ? " cohesive" : "", with_contact ? " contact" : "");
+    if (c.has_connective && c.E > 0.0 &&
+        (std::abs(c.E / m.elastic.E - 1.0) > 1e-9 || std::abs(c.nu - m.elastic.nu) > 1e-9))
+      error->all(FLERR,
+                 "Pair_coeff {} {} connective {} {} differs from material {} of part {}: E {}, nu "
+                 "{} (or write 'connective material')",
+                 p.type, p.type, c.E, c.nu, m.name, p.name, m.elastic.E, m.elastic.nu);
+    if (with_cohesive && comm->me == 0) {
+      const double d = 2.0 * fix->max_de_radius(p.type);
+      const double limit =
+          defe::toughness_limit(m.elastic.E, c.cohesive.G_f, c.cohesive.sigma_t);
+      if (d > limit)
+        utils::logmesg(lmp,
+                       "Joints of part {} are {:.4g} long, above 2 E G_f/sigma_t^2 = {:.4g}: "
+                       "fracture is strength-controlled, a joint releases {:.4g} per area\n",
+                       p.name, d, limit,
+                       0.5 * c.cohesive.sigma_t * c.cohesive.sigma_t * d / m.elastic.E +
+                           c.cohesive.G_f);
+    }
+  }
+  candidates_stale = true;
+}
+
+double PairDefeJoint::init_one(int i, int j)
+{
+  // largest radii there are or ever will be: lists must find the DEs born during a run
+
+  double mine[2] = {0.0, 0.0}, all[2];
+  for (int k = 0; k < atom->nlocal; k++) {
+    if (atom->type[k] == i) mine[0] = MAX(mine[0], atom->radius[k]);
+    if (atom->type[k] == j) mine[1] = MAX(mine[1], atom->radius[k]);
+  }
+  MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_MAX, world);
+  const double ri = MAX(all[0], fix->max_de_radius(i));
+  const double rj = MAX(all[1], fix->max_de_radius(j));
+  return (ri > 0.0 && rj > 0.0) ? ri + rj : 0.0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDefeJoint::compute(int eflag, int vflag)
+{
+  ev_init(eflag, vflag);
+  auto &stored = fix->stored;
+  stored = FixDefe::Stored();
+  if (fix->des_total > 0) {
+    connective_and_ties();
+    if (with_cohesive) {
+      cohesive_forces();
+      criterion();
+    }
+  }
+  if (with_contact) contact_forces();
+  if (eflag_global) eng_vdwl += stored.joints + stored.ties + stored.cohesive + stored.contact;
+}
+
+/* ----------------------------------------------------------------------
+   virial of a force on atom i, del = x_i - (point of the reaction)
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::tally(const double *del, const double *force, int i)
+{
+  const double v[6] = {del[0] * force[0], del[1] * force[1], del[2] * force[2],
+                       del[0] * force[1], del[0] * force[2], del[1] * force[2]};
+  if (vflag_global)
+    for (int k = 0; k < 6; k++) virial[k] += v[k];
+  if (vflag_atom)
+    for (int k = 0; k < 6; k++) vatom[i][k] += v[k];
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDefeJoint::connective_and_ties()
+{
+  auto &jt = fix->jt;
+  double **x = atom->x;
+  double **f = atom->f;
+  const int n = jt.nde;
+
+  if (!with_connective) {
+    for (int d = 0; d < n; d++) {
+      jt.present[d] = 0;
+      for (int s = 0; s < 6; s++)
+        if (jt.rec[d]->slot[s].kind == DefeJoint::DE)
+          jt.rec[d]->slot[s].state = jt.state[6 * d + s] = DefeJoint::CONTACT;
+      jt.rec[d]->newborn = 0;
+    }
+    return;
+  }
+
+  // points on the faces of finite elements
+
+  const int nties = static_cast<int>(jt.tie_node.size());
+  for (int t = 0; t < nties; t++) {
+    const auto &node = jt.tie_node[t];
+    for (int k = 0; k < 3; k++)
+      jt.tie_point[3 * t + k] = defe::tie_weight[0] * x[node[0]][k] +
+          defe::tie_weight[1] * x[node[1]][k] + defe::tie_weight[2] * x[node[2]][k] +
+          defe::tie_weight[3] * x[node[3]][k];
+  }
+
+  // corners of my DEs
+
+  auto *half = reinterpret_cast<double(*)[6][3]>(jt.half_force.data());
+  if (jt.north > 0) {
+    const defe::OrthogonalLattice lattice{
+        jt.north,
+        jt.self.data(),
+        reinterpret_cast<const int(*)[6]>(jt.nb.data()),
+        jt.present.data(),
+        reinterpret_cast<const double(*)[6]>(jt.len.data()),
+        reinterpret_cast<const double(*)[6]>(jt.half.data()),
+        jt.material.data()};
+    defe::corner_strain_orthogonal(lattice, &x[0][0], jt.tie_point.data(), table.data(), half,
+                                   jt.energy.data());
+  }
+  for (int d = jt.north; d < n; d++) {
+    const double *xi = x[jt.self[d]];
+    Vec3 y[6], hf[6];
+    for (int s = 0; s < 6; s++) {
+      const int nb = jt.nb[d][s];
+      const double *p = nb >= 0 ? x[nb] : &jt.tie_point[3 * ~nb];
+      y[s] = Vec3(p[0] - xi[0], p[1] - xi[1], p[2] - xi[2]);
+    }
+    jt.energy[d] = defe::corner_strain_general(jt.cell[d - jt.north], y, jt.present[d],
+                                               table[jt.material[d]], hf);
+    for (int s = 0; s < 6; s++)
+      for (int k = 0; k < 3; k++) half[d][s][k] = hf[s][k];
+  }
+
+  comm_mode = HALF_FORCES;
+  comm->forward_comm(this, 18);
+
+  // both halves of each joint; ties act on the nodes of the face
+
+  auto &stored = fix->stored;
+  const bool vflag = vflag_global || vflag_atom;
+  for (int d = 0; d < n; d++) {
+    const int i = jt.self[d];
+    double fi[3] = {0.0, 0.0, 0.0};
+    int joints = 0, ties = 0;
+    for (int s = 0; s < 6; s++) {
+      if (!(jt.present[d] & (1u << s))) continue;
+      const double *h = half[d][s];
+      const int nb = jt.nb[d][s];
+      if (nb >= 0) {
+        const int other = jt.partner[d][s];
+        const double *g = &jt.half_force[other / 6][3 * (other % 6)];
+        for (int k = 0; k < 3; k++) fi[k] += h[k] - g[k];
+        joints++;
+        if (vflag) {
+          const double del[3] = {x[i][0] - x[nb][0], x[i][1] - x[nb][1], x[i][2] - x[nb][2]};
+          tally(del, h, i);
+        }
+      } else {
+        const auto &node = jt.tie_node[~nb];
+        for (int k = 0; k < 3; k++) fi[k] += h[k];
+        for (int a = 0; a < 4; a++)
+          for (int k = 0; k < 3; k++) f[node[a]][k] -= defe::tie_weight[a] * h[k];
+        ties++;
+        if (vflag) {
+          const double *p = &jt.tie_point[3 * ~nb];
+          const double del[3] = {x[i][0] - p[0], x[i][1] - p[1], x[i][2] - p[2]};
+          tally(del, h, i);
+        }
+      }
+    }
+    for (int k = 0; k < 3; k++) f[i][k] += fi[k];
+    const double e = jt.energy[d];
+    if (ties) {
+      stored.ties += e * ties / (joints + ties);
+      stored.joints += e * joints / (joints + ties);
+    } else
+      stored.joints += e;
+    if (jt.rec[d]->newborn) {
+      fix->ledger.conv_strain -= e;
+      jt.rec[d]->newborn = 0;
+    }
+  }
+}
+
+/* ----------------------------------------------------------------------
+   connective joints that reach the strength become cohesive at the next step
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::criterion()
+{
+  auto &jt = fix->jt;
+  double **x = atom->x;
+  const tagint *tag = atom->tag;
+  const int n = jt.nde;
+  std::vector<std::pair<int, int>> changed;    // DE, slots that leave its corner strains
+
+  auto drop = [&](int d, int s) {
+    if (!changed.empty() && changed.back().first == d)
+      changed.back().second |= 1 << s;
+    else
+      changed.emplace_back(d, 1 << s);
+  };
+
+  for (int d = 0; d < n; d++) {
+    if (!jt.present[d]) continue;
+    const int i = jt.self[d];
+    for (int s = 0; s < 6; s++) {
+      if (!(jt.present[d] & (1u << s)) || jt.partner[d][s] < 0) continue;
+      JointSlot &slot = jt.rec[d]->slot[s];
+      if (tag[i] > slot.other) continue;    // the other side decides
+      const int other = jt.partner[d][s];
+      const double *h = &jt.half_force[d][3 * s];
+      const double *g = &jt.half_force[other / 6][3 * (other % 6)];
+      const Vec3 force(h[0] - g[0], h[1] - g[1], h[2] - g[2]);
+      const int j = jt.nb[d][s];
+      const Coeff &c = coeff_of(atom->type[i], atom->type[j]);
+      const auto &par = c.cohesive;
+      const double limit = par.sigma_t * slot.area;
+      const double screen = par.reciprocal && par.beta < 1.0 ? limit * par.beta
+          : !par.reciprocal && par.beta > 1.0               ? limit / par.beta
+                                                            : limit;
+      if (force.squaredNorm() < screen * screen) continue;
+
+      const Vec3 t = force / slot.area;
+      const Vec3 y(x[j][0] - x[i][0], x[j][1] - x[i][1], x[j][2] - x[i][2]);
+      const double length = y.norm();
+      const Vec3 along = y / length;
+      Vec3 normal = along;
+      if (d >= jt.north) {
+        // the face's normal turned with the cell
+        const auto &cell = jt.cell[d - jt.north];
+        Mat3 A = Mat3::Zero();
+        for (int q = 0; q < 6; q++) {
+          if (!(jt.present[d] & (1u << q))) continue;
+          const int nb = jt.nb[d][q];
+          const double *p = nb >= 0 ? x[nb] : &jt.tie_point[3 * ~nb];
+          A += Vec3(p[0] - x[i][0], p[1] - x[i][1], p[2] - x[i][2]) * cell.dX[q].transpose();
+        }
+        Eigen::JacobiSVD<Mat3> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
+        if (svd.singularValues()[1] > 1e-6 * svd.singularValues()[0]) {
+          Mat3 U = svd.matrixU();
+          if ((U * svd.matrixV().transpose()).determinant() < 0.0) U.col(2) *= -1.0;
+          normal = U * svd.matrixV().transpose() * Vec3(slot.normal);
+        }
+      }
+      const double tn = t.dot(normal);
+      const double ts = (t - tn * normal).norm();
+      if (!(tn > 0.0)) continue;
+      if (defe::equivalent_traction(tn, ts, par) < par.sigma_t) continue;
+
+      const double an = t.dot(along);
+      const auto &moduli = table[jt.material[d]];
+      const auto stiffness = defe::joint_stiffness(moduli.lambda, moduli.mu, jt.len[d][s]);
+      const auto state = defe::cohesive_start(an, t - an * along, stiffness, par);
+      state.pack(slot.cohesive);
+      slot.length0 = length - state.e_n;
+      slot.stored = 0.5 * slot.area *
+          ((state.e_n > 0.0 ? stiffness.k_n : stiffness.k_c) * state.e_n * state.e_n +
+           stiffness.k_s * state.e_s.squaredNorm());
+      slot.lost = 0.0;
+      fix->stored.cohesive += slot.stored;
+      fix->ledger.release -= slot.stored;
+      set_state(d, s, DefeJoint::COHESIVE);
+      jt.cohesive.push_back(6 * d + s);
+      drop(d, s);
+      fix->note_damage();
+      event(d, s, 1, defe::equivalent_traction(tn, ts, par));
+    }
+  }
+
+  // tell the other side; there, take over what the lower ID decided
+
+  comm_mode = STATES;
+  comm->forward_comm(this, 1);
+  for (int d = 0; d < n; d++)
+    for (int s = 0; s < 6; s++) {
+      const int other = jt.partner[d][s];
+      if (other < 0) continue;
+      JointSlot &slot = jt.rec[d]->slot[s];
+      if (tag[jt.self[d]] < slot.other) continue;
+      const int state = jt.state[other];
+      if (state == slot.state) continue;
+      if (slot.state == DefeJoint::CONNECTIVE) drop(d, s);
+      slot.state = jt.state[6 * d + s] = static_cast<signed char>(state);
+      candidates_stale = true;
+    }
+
+  // what the corners hold no longer, was released
+
+  for (const auto &c : changed) {
+    const int d = c.first;
+    const double before = jt.energy[d];
+    jt.present[d] &= ~static_cast<unsigned>(c.second);
+    jt.energy[d] = fix->de_energy(d, jt.present[d]);
+    const double loss = before - jt.energy[d];
+    fix->ledger.release += loss;
+    fix->stored.joints -= loss;
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDefeJoint::set_state(int d, int s, int state)
+{
+  auto &jt = fix->jt;
+  jt.rec[d]->slot[s].state = static_cast<signed char>(state);
+  jt.state[6 * d + s] = static_cast<unsigned char>(state);
+  candidates_stale = true;
+}
+
+void PairDefeJoint::event(int d, int s, int what, double value)
+{
+  auto &jt = fix->jt;
+  const int i = jt.self[d], j = jt.nb[d][s];
+  const double *Xi = fix->x_frame(i), *Xj = fix->x_frame(j);
+  FixDefe::Event e;
+  e.step = update->ntimestep;
+  e.what = what;
+  e.a = atom->tag[i];
+  e.b = atom->tag[j];
+  double len = 0.0;
+  for (int k = 0; k < 3; k++) {
+    e.x[k] = 0.5 * (Xi[k] + Xj[k]);
+    e.n[k] = Xj[k] - Xi[k];
+    len += e.n[k] * e.n[k];
+  }
+  for (double &n : e.n) n /= std::sqrt(len);
+  e.value = value;
+  fix->record_event(e);
+}
+
+/* ----------------------------------------------------------------------
+   softening joints, each by the rank of its lower ID
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::cohesive_forces()
+{
+  auto &jt = fix->jt;
+  double **x = atom->x;
+  double **v = atom->v;
+  double **f = atom->f;
+  double **omega = atom->omega;
+  double **torque = atom->torque;
+  const double dt = update->setupflag ? 0.0 : update->dt;
+
+  size_t kept = 0;
+  for (size_t q = 0; q < jt.cohesive.size(); q++) {
+    const int d = jt.cohesive[q] / 6, s = jt.cohesive[q] % 6;
+    JointSlot &slot = jt.rec[d]->slot[s];
+    const int i = jt.self[d], j = jt.nb[d][s];
+    const Coeff &c = coeff_of(atom->type[i], atom->type[j]);
+    const auto &moduli = table[jt.material[d]];
+    const auto stiffness = defe::joint_stiffness(moduli.lambda, moduli.mu, jt.len[d][s]);
+    auto state = defe::CohesiveState::unpack(slot.cohesive);
+
+    const Vec3 y(x[j][0] - x[i][0], x[j][1] - x[i][1], x[j][2] - x[i][2]);
+    const double length = y.norm();
+    const Vec3 n = y / length;
+    const Vec3 w(0.5 * (omega[i][0] + omega[j][0]), 0.5 * (omega[i][1] + omega[j][1]),
+                 0.5 * (omega[i][2] + omega[j][2]));
+    Vec3 slide = Vec3(v[j][0] - v[i][0], v[j][1] - v[i][1], v[j][2] - v[i][2]) - w.cross(y);
+    slide -= slide.dot(n) * n;
+    defe::cohesive_rotate(state, n);
+    const auto r = defe::cohesive_update(state, length - slot.length0 - state.e_n, dt * slide,
+                                         stiffness, c.cohesive);
+    state.pack(slot.cohesive);
+
+    // of all that is lost until it breaks, G_f is the share of the fracture energy
+
+    const double delta_c = 2.0 * c.cohesive.G_f / state.s0;
+    const double share = delta_c / (delta_c + state.s0 / stiffness.k_n);
+    const double lost = slot.area * r.dissipated;
+    fix->ledger.fracture += share * lost;
+    fix->ledger.release += (1.0 - share) * lost;
+    slot.lost += lost;
+    slot.stored = slot.area * r.stored;
+
+    if (r.broken) {
+      slot.stored = 0.0;
+      set_state(d, s, DefeJoint::CONTACT);
+      event(d, s, 2, r.damage);
+      continue;
+    }
+    jt.cohesive[kept++] = jt.cohesive[q];
+    fix->stored.cohesive += slot.stored;
+
+    const Vec3 force = slot.area * (r.t_n * n + r.t_s);
+    const Vec3 moment = 0.5 * y.cross(force);
+    for (int k = 0; k < 3; k++) {
+      f[i][k] += force[k];
+      f[j][k] -= force[k];
+      torque[i][k] += moment[k];
+      torque[j][k] += moment[k];
+    }
+    if (vflag_global || vflag_atom) {
+      const double del[3] = {-y[0], -y[1], -y[2]};
+      tally(del, force.data(), i);
+    }
+  }
+  jt.cohesive.resize(kept);
+}
+
+/* ----------------------------------------------------------------------
+   pairs of the neighbour list that no joint holds
+------------------------------------------------------------------------- */
+
+bool PairDefeJoint::joined(int d, tagint other) const
+{
+  for (const auto &slot : fix->jt.rec[d]->slot)
+    if (slot.kind == DefeJoint::DE && slot.other == other && slot.state != DefeJoint::CONTACT)
+      return true;
+  return false;
+}
+
+void PairDefeJoint::update_candidates()
+{
+  if (!candidates_stale && neighbor->lastcall == candidates_step) return;
+  candidates_stale = false;
+  candidates_step = neighbor->lastcall;
+  candidates.clear();
+  const auto &jt = fix->jt;
+  for (int ii = 0; ii < list->inum; ii++) {
+    const int i = list->ilist[ii];
+    const int d = jt.of_atom.empty() ? -1 : jt.of_atom[i];
+    const int *jlist = list->firstneigh[i];
+    for (int jj = 0; jj < list->numneigh[i]; jj++) {
+      const int j = jlist[jj] & NEIGHMASK;
+      if (atom->radius[i] == 0.0 || atom->radius[j] == 0.0) continue;
+      if (d >= 0 && joined(d, atom->tag[j])) continue;
+      candidates.push_back(i);
+      candidates.push_back(jj);
+    }
+  }
+}
+
+/* ----------------------------------------------------------------------
+   loose contacts
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::contact_forces()
+{
+  update_candidates();
+  const auto &jt = fix->jt;
+  double **x = atom->x;
+  double **v = atom->v;
+  double **f = atom->f;
+  double **omega = atom->omega;
+  double **torque = atom->torque;
+  const double *radius = atom->radius;
+  const double *rmass = atom->rmass;
+  const int *type = atom->type;
+  const int nlocal = atom->nlocal;
+  const int newton_pair = force->newton_pair;
+  const double dt = update->setupflag ? 0.0 : update->dt;
+
+  for (size_t q = 0; q < candidates.size(); q += 2) {
+    const int i = candidates[q], jj = candidates[q + 1];
+    const int j = list->firstneigh[i][jj] & NEIGHMASK;
+    int *touch = &fix_history->firstflag[i][jj];
+    double *shear = &fix_history->firstvalue[i][3 * jj];
+    const double del[3] = {x[i][0] - x[j][0], x[i][1] - x[j][1], x[i][2] - x[j][2]};
+    const double rsq = del[0] * del[0] + del[1] * del[1] + del[2] * del[2];
+    double reach = radius[i] + radius[j];
+    bool apart = rsq >= reach * reach;
+
+    // spheres of flat cells overlap from the start: contact begins at the reference distance
+
+    const int di = jt.of_atom.empty() ? -1 : jt.of_atom[i];
+    const int dj = jt.of_atom.empty() ? -1 : jt.of_atom[j];
+    if (!apart && di >= 0 && dj >= 0) {
+      const double *Xi = fix->x_frame(i), *Xj = fix->x_frame(j);
+      double ref = 0.0;
+      for (int k = 0; k < 3; k++) ref += (Xi[k] - Xj[k]) * (Xi[k] - Xj[k]);
+      reach = MIN(reach, std::sqrt(ref));
+      apart = rsq >= reach * reach;
+    }
+    if (apart) {
+      if (*touch) {
+        *touch = 0;
+        shear[0] = shear[1] = shear[2] = 0.0;
+      }
+      continue;
+    }
+    *touch = 1;
+
+    const Coeff &c = coeff_of(type[i], type[j]);
+    double E = 0.0, nu = 0.2;
+    for (int d : {di, dj}) {
+      if (d < 0) continue;
+      // a ghost's part is known by its type
+      const int part = d < jt.nde ? jt.material[d] : part_of_type(type[jt.self[d]]);
+      if (E == 0.0 || young[part] < E) {
+        E = young[part];
+        nu = 0.5 * table[part].lambda / (table[part].lambda + table[part].mu);
+      }
+    }
+    if (E == 0.0) continue;
+    const double kn = E * MIN(2.0 * MIN(radius[i], radius[j]), reach);
+    auto par = defe::ContactParameters{kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), c.restitution,
+                                       c.friction, c.damping_ratio};
+    Vec3 history(shear[0], shear[1], shear[2]);
+    const auto r = defe::sphere_contact(
+        Vec3(del[0], del[1], del[2]),
+        Vec3(v[i][0] - v[j][0], v[i][1] - v[j][1], v[i][2] - v[j][2]),
+        Vec3(omega[i][0], omega[i][1], omega[i][2]), Vec3(omega[j][0], omega[j][1], omega[j][2]),
+        radius[i], radius[j], reach, rmass[i] * rmass[j] / (rmass[i] + rmass[j]), dt, history, par);
+    for (int k = 0; k < 3; k++) shear[k] = history[k];
+
+    const bool whole = newton_pair || j < nlocal;
+    for (int k = 0; k < 3; k++) {
+      f[i][k] += r.force[k];
+      torque[i][k] += r.torque_i[k];
+    }
+    if (whole)
+      for (int k = 0; k < 3; k++) {
+        f[j][k] -= r.force[k];
+        torque[j][k] += r.torque_j[k];
+      }
+    const double share = whole ? 1.0 : 0.5;
+    fix->stored.contact += share * r.stored;
+    fix->ledger.damping += share * r.damped;
+    fix->ledger.friction += share * r.rubbed;
+    if (vflag_global || vflag_atom) {
+      const double half[3] = {share * del[0], share * del[1], share * del[2]};
+      tally(half, r.force.data(), i);
+    }
+  }
+}
+
+int PairDefeJoint::part_of_type(int t) const
+{
+  for (size_t p = 0; p < fix->parts.size(); p++)
+    if (fix->parts[p].convertible && fix->parts[p].type == t) return static_cast<int>(p);
+  return 0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PairDefeJoint::pack_forward_comm(int n, int *list, double *buf, int, int *)
+{
+  const auto &jt = fix->jt;
+  int m = 0;
+  for (int k = 0; k < n; k++) {
+    const int d = jt.of_atom[list[k]];
+    if (d < 0) continue;
+    if (comm_mode == HALF_FORCES) {
+      memcpy(&buf[m], jt.half_force[d].data(), 18 * sizeof(double));
+      m += 18;
+    } else {
+      int bits = 0;
+      for (int s = 0; s < 6; s++) bits |= jt.state[6 * d + s] << (2 * s);
+      buf[m++] = bits;
+    }
+  }
+  return m;
+}
+
+void PairDefeJoint::unpack_forward_comm(int n, int first, double *buf)
+{
+  auto &jt = fix->jt;
+  int m = 0;
+  for (int i = first; i < first + n; i++) {
+    const int d = jt.of_atom[i];
+    if (d < 0) continue;
+    if (comm_mode == HALF_FORCES) {
+      memcpy(jt.half_force[d].data(), &buf[m], 18 * sizeof(double));
+      m += 18;
+    } else {
+      const int bits = static_cast<int>(buf[m++]);
+      for (int s = 0; s < 6; s++) jt.state[6 * d + s] = (bits >> (2 * s)) & 3;
+    }
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDefeJoint::write_restart(FILE *fp)
+{
+  const int n = atom_types;
+  fwrite(&n, sizeof(int), 1, fp);
+  fwrite(coeffs.data(), sizeof(Coeff), coeffs.size(), fp);
+}
+
+void PairDefeJoint::read_restart(FILE *fp)
+{
+  allocate();
+  int n = 0;
+  if (comm->me == 0) utils::sfread(FLERR, &n, sizeof(int), 1, fp, nullptr, error);
+  MPI_Bcast(&n, 1, MPI_INT, 0, world);
+  if (n != atom_types)
+    error->all(FLERR, "Pair style defe/* in the restart file has {} atom types, not {}", n,
+               atom_types);
+  if (comm->me == 0)
+    utils::sfread(FLERR, coeffs.data(), sizeof(Coeff), coeffs.size(), fp, nullptr, error);
+  MPI_Bcast(coeffs.data(), static_cast<int>(coeffs.size() * sizeof(Coeff)), MPI_BYTE, 0, world);
+}
+
+double PairDefeJoint::memory_usage()
+{
+  return static_cast<double>(candidates.capacity()) * sizeof(int) + Pair::memory_usage();
+}

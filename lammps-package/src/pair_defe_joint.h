@@ -1,0 +1,106 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifdef PAIR_CLASS
+// clang-format off
+PairStyle(defe/joint,PairDefeJoint);
+// clang-format on
+#else
+
+#ifndef LMP_PAIR_DEFE_JOINT_H
+#define LMP_PAIR_DEFE_JOINT_H
+
+#include "pair.h"
+
+#include "defe/coupling/cohesive.h"
+#include "defe/coupling/contact_law.h"
+#include "defe/coupling/corner_strain.h"
+
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/** Bonded spheres with the three joint types. The thin variants switch stages off. */
+class PairDefeJoint : public Pair {
+ public:
+  PairDefeJoint(class LAMMPS *);
+  ~PairDefeJoint() override;
+  void compute(int, int) override;
+  void settings(int, char **) override;
+  void coeff(int, char **) override;
+  void init_style() override;
+  double init_one(int, int) override;
+  void write_restart(FILE *) override;
+  void read_restart(FILE *) override;
+  void write_restart_settings(FILE *) override {}
+  void read_restart_settings(FILE *) override {}
+  int pack_forward_comm(int, int *, double *, int, int *) override;
+  void unpack_forward_comm(int, int, double *) override;
+  double memory_usage() override;
+
+ protected:
+  bool with_connective = true, with_cohesive = true, with_contact = true;
+
+  struct Coeff {
+    double E = 0.0, nu = 0.0;    // connective; 0 = take the material of the part
+    defe::CohesiveParameters cohesive{0.0, 0.0, 0.0, false};
+    double restitution = 1.0, friction = 0.0, damping_ratio = 0.0;
+    bool has_connective = false, has_cohesive = false, has_contact = false;
+  };
+  std::vector<Coeff> coeffs;    // (ntypes+1)^2
+  Coeff &coeff_of(int i, int j) { return coeffs[i * (atom_types + 1) + j]; }
+  int atom_types = 0;
+
+  class FixDefe *fix = nullptr;
+  class FixNeighHistory *fix_history = nullptr;
+  class Fix *fix_dummy = nullptr;
+
+  std::vector<defe::CornerModuli> table;    // per part
+  std::vector<double> young;                // per part
+  enum { HALF_FORCES, STATES } comm_mode = HALF_FORCES;
+
+  std::vector<int> candidates;    // neighbour pairs that are not joined: (ii, jj) alternating
+  bigint candidates_step = -1;
+  bool candidates_stale = true;
+
+  void allocate();
+  void connective_and_ties();
+  void criterion();
+  void cohesive_forces();
+  void contact_forces();
+  void update_candidates();
+  bool joined(int d, tagint other) const;
+  int part_of_type(int) const;
+  void tally(const double *del, const double *force, int i);
+  void event(int d, int s, int what, double value);
+  void set_state(int d, int s, int state);
+};
+
+class PairDefeConnective : public PairDefeJoint {
+ public:
+  PairDefeConnective(class LAMMPS *lmp) : PairDefeJoint(lmp)
+  {
+    with_cohesive = with_contact = false;
+  }
+};
+
+class PairDefeCohesive : public PairDefeJoint {
+ public:
+  PairDefeCohesive(class LAMMPS *lmp) : PairDefeJoint(lmp) { with_contact = false; }
+};
+
+class PairDefeContact : public PairDefeJoint {
+ public:
+  PairDefeContact(class LAMMPS *lmp) : PairDefeJoint(lmp)
+  {
+    with_connective = with_cohesive = false;
+  }
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
+#endif

@@ -1,0 +1,241 @@
+// One hexahedron becomes eight DEs: what is conserved, and what is not.
+
+#include "de_block.h"
+
+#include "defe/coupling/facet.h"
+
+#include <gtest/gtest.h>
+
+using namespace defe;
+using namespace defe::test;
+
+namespace {
+
+const fe::IsotropicElastic glass{74.09e9, 0.2, 2500.0};
+
+fe::HexCoords cube(double h)
+{
+  fe::HexCoords X;
+  for (int k = 0; k < 8; ++k)
+    for (int a = 0; a < 3; ++a) X(a, k) = 0.5 * h * fe::hex_sign[k][a];
+  return X;
+}
+
+fe::HexCoords random_hex(std::mt19937 &random, double amount)
+{
+  fe::HexCoords X = cube(2.0);
+  for (int k = 0; k < 8; ++k) X.col(k) += random_vector(random, amount);
+  return X;
+}
+
+}    // namespace
+
+TEST(Conversion, Cube)
+{
+  const double h = 2e-3, mass = 3.0;
+  const auto de = convert_hex(cube(h), cube(h), fe::HexCoords::Zero(), mass);
+  for (int k = 0; k < 8; ++k) {
+    EXPECT_EQ(de[k].node, k);
+    EXPECT_DOUBLE_EQ(de[k].mass, mass / 8.0);
+    EXPECT_NEAR(de[k].radius, h / 4.0, 1e-15 * h);
+    EXPECT_NEAR(de[k].volume, h * h * h / 8.0, 1e-14 * h * h * h);
+    EXPECT_EQ(de[k].omega, Vec3(Vec3::Zero()));
+    for (int s = 0; s < 6; ++s) {
+      Vec3 out = Vec3::Zero();
+      out[s / 2] = s % 2 ? 1.0 : -1.0;
+      EXPECT_LT((de[k].face[s] - out * h / 4.0).norm(), 1e-15 * h);
+      EXPECT_LT((de[k].area_normal[s] - out * h * h / 4.0).norm(), 1e-15 * h * h);
+      EXPECT_NEAR(de[k].area[s], h * h / 4.0, 1e-15 * h * h);
+      // outer slots point away from the centre of the element
+      EXPECT_EQ(slot_is_outer(k, s), out.dot(de[k].X) > 0.0);
+    }
+    for (int a = 0; a < 3; ++a) EXPECT_DOUBLE_EQ(de[k].X[a], fe::hex_sign[k][a] * h / 4.0);
+    const GeneralCell cell = cell_of(de, k);
+    EXPECT_TRUE(is_orthogonal(cell));
+    for (int s = 0; s < 6; ++s)
+      EXPECT_NEAR(cell.dX[s].norm(), slot_is_outer(k, s) ? 0.0 : h / 2.0, 1e-15 * h);
+  }
+}
+
+TEST(Conversion, MassMomentumAndGeometryOfAnyHex)
+{
+  std::mt19937 random(1);
+  for (int test = 0; test < 20; ++test) {
+    const fe::HexCoords X = random_hex(random, 0.3), x = random_hex(random, 0.3);
+    fe::HexCoords v;
+    for (int k = 0; k < 8; ++k) v.col(k) = random_vector(random, 5.0);
+    const double mass = 2.7;
+    const auto de = convert_hex(X, x, v, mass);
+    double m = 0.0, volume = 0.0;
+    Vec3 momentum = Vec3::Zero(), before = Vec3::Zero(), centre = Vec3::Zero();
+    for (int k = 0; k < 8; ++k) {
+      m += de[k].mass;
+      volume += de[k].volume;
+      momentum += de[k].mass * de[k].v;
+      before += mass / 8.0 * v.col(k);
+      centre += 0.125 * (de[k].x - x.col(k));
+      Vec3 closed = Vec3::Zero();
+      for (int s = 0; s < 6; ++s) {
+        closed += de[k].area_normal[s];
+        EXPECT_GT(de[k].area_normal[s].dot(de[k].face[s]), 0.0);
+        if (slot_is_outer(k, s)) continue;
+        const NewDE &other = de[fe::hex_edge_neighbor(k, s / 2)];
+        EXPECT_LT((de[k].area_normal[s] + other.area_normal[s ^ 1]).norm(), 1e-14);
+        EXPECT_LT((de[k].X + de[k].face[s] - other.X - other.face[s ^ 1]).norm(), 1e-14);
+      }
+      EXPECT_LT(closed.norm(), 1e-14);
+    }
+    EXPECT_NEAR(m, mass, 1e-15 * mass);
+    EXPECT_NEAR(volume, fe::volume(X), 1e-13);
+    EXPECT_LT((momentum - before).norm(), 1e-14 * mass * 5.0);
+    EXPECT_LT(centre.norm(), 1e-14);    // the centre of mass stays
+  }
+}
+
+TEST(Conversion, SpinIsHalfTheCurlInTheCurrentConfiguration)
+{
+  std::mt19937 random(2);
+  const fe::HexCoords X = random_hex(random, 0.2);
+  const Mat3 F = random_rotation(random) * (Mat3::Identity() + 0.3 * Mat3::Random());
+  const fe::HexCoords x = F * X;
+  const Vec3 omega(1.0, -2.0, 3.0);
+  Mat3 D = Mat3::Random();
+  D = (D + D.transpose()).eval();
+  fe::HexCoords v;
+  for (int k = 0; k < 8; ++k)
+    v.col(k) = Vec3(4.0, 5.0, 6.0) + omega.cross(Vec3(x.col(k))) + D * x.col(k);
+  for (const NewDE &d : convert_hex(X, x, v, 1.0)) {
+    EXPECT_LT((d.omega - omega).norm(), 1e-13);
+    EXPECT_LT((d.v - Vec3(4.0, 5.0, 6.0) - omega.cross(d.x) - D * d.x).norm(), 1e-13);
+    EXPECT_LT((d.x - F * d.X).norm(), 1e-14);
+  }
+}
+
+// Uniform strain: the energy of a block does not change whichever inner elements are converted,
+// ties included.
+TEST(Conversion, UniformStrainEnergyEqualsThatOfTheFiniteElements)
+{
+  std::mt19937 random(3);
+  Mat3 A;
+  A << 1.0, 0.25, -0.125, 0.125, 0.75, 0.25, 0.0, -0.25, 1.25;
+  const int N = 5;
+  for (bool sheared : {false, true})
+    for (double fraction : {0.1, 0.5, 1.0}) {
+      Mesh mesh = box_mesh(N, N, N, 2e-3, [&](const Vec3 &X) {
+        return sheared ? Vec3(A * X) : X;
+      });
+      shuffle_local_axes(mesh, random);
+      std::vector<char> none(mesh.hex.size(), 0), some = none;
+      for (int e = 0; e < N * N * N; ++e) {
+        const int c[3] = {e % N, e / N % N, e / N / N};
+        some[e] = *std::min_element(c, c + 3) > 0 && *std::max_element(c, c + 3) < N - 1 &&
+            uniform(random, 0.0, 1.0) < fraction;
+      }
+      const Block finite(mesh, none, glass);
+      Block mixed(mesh, some, glass);
+      Mat3 H;
+      for (int k = 0; k < 9; ++k) H(k / 3, k % 3) = uniform(random, -1e-3, 1e-3);
+      const Mat3 F = random_rotation(random) * (Mat3::Identity() + H);
+      Vectors f;
+      const double energy = finite.forces(deformed(finite.X, F), f);
+      EXPECT_NEAR(mixed.forces(deformed(mixed.X, F), f), energy, 1e-10 * energy);
+      if (sheared) continue;
+      mixed.orthogonal = true;
+      EXPECT_NEAR(mixed.forces(deformed(mixed.X, F), f), energy, 1e-10 * energy);
+    }
+}
+
+// Corner volumes of distorted hexes (midpoint rule) against the true ones.
+TEST(Conversion, VolumesOfDistortedHexes)
+{
+  std::mt19937 random(4);
+  const double amount[3] = {0.05, 0.10, 0.20};
+  for (double q : amount) {
+    double worst = 0.0, sum = 0.0, exact = 0.0;
+    for (int test = 0; test < 100; ++test) {
+      const fe::HexCoords X = random_hex(random, 2.0 * q);
+      const auto de = convert_hex(X, X, fe::HexCoords::Zero(), 1.0);
+      double corners = 0.0;
+      for (int k = 0; k < 8; ++k)
+        for (int c = 0; c < 8; ++c) {
+          const Vec3 *const h = de[k].face;
+          corners += std::abs(h[c & 1].dot(h[2 + (c >> 1 & 1)].cross(h[4 + (c >> 2 & 1)])));
+        }
+      worst = std::max(worst, std::abs(corners / fe::volume(X) - 1.0));
+      sum += corners;
+      exact += fe::volume(X);
+    }
+    std::printf("nodes moved by up to %2.0f %%: volumes within %.1e, mean %.1e\n", 100.0 * q, worst,
+                sum / exact - 1.0);
+    EXPECT_LT(worst, 0.1 * q * q);
+    EXPECT_LT(std::abs(sum / exact - 1.0), 0.01 * q * q);
+  }
+}
+
+// What the conversion of a moving element costs. Uniform velocity: nothing. A velocity gradient:
+// three quarters of its energy, less what goes into the spins.
+TEST(Conversion, KineticEnergyBalance)
+{
+  const double h = 2e-3, mass = 2.0, rate = 100.0;
+  const fe::HexCoords X = cube(h);
+  fe::HexCoords v = fe::HexCoords::Zero();
+  for (int k = 0; k < 8; ++k) v.col(k) = Vec3(1.0, 2.0, 3.0);
+  auto de = convert_hex(X, X, v, mass);
+  EXPECT_NEAR(conversion_kinetic_loss(v, mass, de), 0.0, 1e-14);
+
+  v.setZero();
+  v.row(0) = rate * X.row(0);    // a uniform stretching: lumped 1/2 m (rate h/2)^2
+  de = convert_hex(X, X, v, mass);
+  const double lumped = 0.5 * mass * std::pow(rate * h / 2.0, 2);
+  EXPECT_NEAR(conversion_kinetic_loss(v, mass, de), 0.75 * lumped, 1e-12 * lumped);
+
+  const Vec3 omega(0.0, 0.0, rate);    // a rotation
+  for (int k = 0; k < 8; ++k) v.col(k) = omega.cross(Vec3(X.col(k)));
+  de = convert_hex(X, X, v, mass);
+  EXPECT_NEAR(conversion_kinetic_loss(v, mass, de),
+              0.5 * mass * h * h * rate * rate * (1.0 / 2.0 - 1.0 / 8.0 - 1.0 / 40.0), 1e-10);
+}
+
+// Angular momentum about any point: lumped element m h^2/2 omega, DEs m h^2/8 omega and their spins
+// m h^2/40 omega. The orbital part of the centre of mass is kept exactly.
+TEST(Conversion, AngularMomentumBalance)
+{
+  const double h = 2.0, mass = 3.0;
+  const fe::HexCoords X = cube(h);
+  const Vec3 omega(0.3, -0.2, 0.5), drift(1.0, 2.0, 3.0), at(10.0, 20.0, -5.0);
+  fe::HexCoords x = X, v;
+  x.colwise() += at;
+  for (int k = 0; k < 8; ++k) v.col(k) = drift + omega.cross(Vec3(X.col(k)));
+  Vec3 before = Vec3::Zero(), after = Vec3::Zero(), spin = Vec3::Zero();
+  for (int k = 0; k < 8; ++k) before += mass / 8.0 * Vec3(x.col(k)).cross(Vec3(v.col(k)));
+  for (const NewDE &d : convert_hex(X, x, v, mass)) {
+    after += d.mass * d.x.cross(d.v);
+    spin += 0.4 * d.mass * d.radius * d.radius * d.omega;
+  }
+  const Vec3 orbital = mass * at.cross(drift);
+  EXPECT_LT((before - orbital - mass * h * h / 2.0 * omega).norm(), 1e-12 * orbital.norm());
+  EXPECT_LT((after - orbital - mass * h * h / 8.0 * omega).norm(), 1e-12 * orbital.norm());
+  EXPECT_LT((spin - mass * h * h / 40.0 * omega).norm(), 1e-14);
+}
+
+TEST(Conversion, TieWeightsAreTheShapeFunctionsAtAQuarterOfTheFace)
+{
+  double N[4];
+  facet_shape(-0.5, -0.5, N);
+  for (int i = 0; i < 4; ++i) EXPECT_DOUBLE_EQ(tie_weight[i], N[i]);
+
+  // ... and the tie point is the middle of the quarter patch, on any hex
+  std::mt19937 random(5);
+  const Mesh mesh = box_mesh(3, 1, 1, 1.0, [&](const Vec3 &X) {
+    return Vec3(X + random_vector(random, 0.2));
+  });
+  const Block block(mesh, {0, 1, 0}, glass);
+  int ties = 0;
+  for (const auto &p : block.de)
+    for (int s = 0; s < 6; ++s)
+      if (p.cell.tie >> s & 1u) {
+        EXPECT_LT((p.cell.dX[s] - p.cell.face[s]).norm(), 1e-15);
+        ++ties;
+      }
+  EXPECT_EQ(ties, 8);
+}

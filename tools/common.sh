@@ -1,0 +1,50 @@
+# shellcheck shell=bash
+# Sourced by the run scripts: where things are, and how to configure and build.
+# shellcheck disable=SC2034  # DEFE_ROOT is for the sourcing script
+DEFE_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+export OMP_NUM_THREADS="${OMP_NUM_THREADS:-1}"
+
+# defe_build PRESET [target] -- [cmake options]: configures and builds into build/PRESET.
+# Quiet: everything goes into a log, of which a failure shows the end.
+defe_build() {
+  local preset=$1 target=() log jobs
+  shift
+  if [[ $1 != -- ]]; then
+    target=(--target "$1")
+    shift
+  fi
+  shift
+  mkdir -p "$DEFE_ROOT/build/$preset"
+  log=$DEFE_ROOT/build/$preset/build.log
+  jobs=$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
+
+  local generator=()
+  # An existing build keeps its generator.
+  if [[ ! -f $DEFE_ROOT/build/$preset/CMakeCache.txt ]] && command -v ninja >/dev/null; then generator=(-G Ninja); fi
+  echo "DEFE: building in build/$preset" >&2
+  # The progress of building LAMMPS comes on stderr in lines that begin with DEFE: they are shown.
+  if ! (cd "$DEFE_ROOT" && cmake --preset "$preset" "${generator[@]}" "$@") </dev/null 2>&1 |
+    tee "$log" | { grep --line-buffered '^DEFE:' || true; } >&2; then
+    tail -n 40 "$log" >&2
+    echo "DEFE: configuring failed; the whole log is build/$preset/build.log" >&2
+    return 1
+  fi
+  if ! cmake --build "$DEFE_ROOT/build/$preset" --parallel "$jobs" "${target[@]}" >>"$log" 2>&1 </dev/null; then
+    { grep -E -A 8 'error:|FAILED:|undefined reference|\*\*\*' "$log" || tail -n 40 "$log"; } | head -n 120 >&2
+    echo "DEFE: the build failed; the whole log is build/$preset/build.log" >&2
+    return 1
+  fi
+  grep -E 'warning:' "$log" | sort -u | head -n 20 >&2 || true
+}
+
+# The first Python that has what the plots need (a python3 in PATH may not be Debian's).
+defe_python() {
+  local python
+  for python in ${DEFE_PYTHON:+"$DEFE_PYTHON"} python3 /usr/bin/python3; do
+    if "$python" -c 'import numpy, matplotlib, PIL' >/dev/null 2>&1 </dev/null; then
+      echo "$python"
+      return
+    fi
+  done
+  echo python3
+}

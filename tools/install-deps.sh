@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# Installs the Debian packages that DEFE needs and this machine lacks.
+#   install-deps.sh [build] [tests] [plots] [benchmarks]     (all of them without arguments)
+# Where it cannot install, it says what is needed and goes on: things may be there under other names.
+set -euo pipefail
+
+if (($# == 0)); then set -- build tests plots benchmarks; fi
+packages=()
+for group; do
+  case $group in
+    build)
+      packages+=(g++ cmake ninja-build libopenmpi-dev openmpi-bin libeigen3-dev
+        libpng-dev zlib1g-dev dpkg-dev xz-utils ca-certificates) ;;
+    tests) packages+=(libgtest-dev libgmock-dev) ;;
+    plots) packages+=(python3 python3-numpy python3-matplotlib python3-pil) ;;
+    benchmarks) packages+=(libbenchmark-dev) ;;
+    *) echo "install-deps.sh: unknown group $group (build, tests, plots, benchmarks)" >&2; exit 2 ;;
+  esac
+done
+
+if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
+  for program in c++ cmake mpirun; do
+    command -v "$program" >/dev/null || missing=1
+  done
+  if [[ -n ${missing:-} ]]; then
+    echo "DEFE: not a Debian system; needed are what Debian calls: ${packages[*]}" >&2
+  fi
+  exit 0
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+  # shellcheck disable=SC2016  # the braces are dpkg-query's
+  [[ $(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null) == installed ]] || missing+=("$package")
+done
+if ((${#missing[@]} == 0)); then exit 0; fi
+
+as_root=()
+if ((EUID != 0)); then
+  if ! command -v sudo >/dev/null; then
+    echo "DEFE: please install, as root: apt-get install ${missing[*]}" >&2
+    exit 0
+  fi
+  as_root=(sudo)
+fi
+echo "DEFE: installing Debian packages: ${missing[*]}" >&2
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::Timeout=300)
+if ! { "${apt[@]}" update && "${apt[@]}" install --no-install-recommends "${missing[@]}"; } >"$log" 2>&1 </dev/null; then
+  tail -n 15 "$log" >&2
+  echo 'DEFE: the packages above could not be installed; trying without' >&2
+fi
