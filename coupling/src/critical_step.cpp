@@ -11,19 +11,22 @@
 // quadratic form K_i of the displacements of the DE and of its up to six joint ends. If the masses
 // are split among the terms, M = sum M_i, then  u.K u = sum u.K_i u <= max_i lambda_max(K_i, M_i)
 // u.M u: the largest local eigenvalue bounds omega_max^2 (the element eigenvalue theorem of
-// finite elements). The split must be the same rule for everybody: of a DE's mass, `own` goes to
-// its own term and a sixth of the rest to each of its six neighbours' terms. For the cubic lattice
-// the breathing mode of the neighbours and the mode of opposite phase then have
-// (9 lambda + 6 mu)/(1 - own) and (lambda + 4 mu)(1/own + 1/(1 - own)); equal for the choice below.
-// Of each face node's m_e/8, a finite element keeps a quarter; three faces may share the rest, and
-// among the four ties of a face it counts in full for each, because the weights' matrix is a
-// contraction (eigenvalues 1, 1/2, 1/2, 1/4): sum |v_I|^2 >= sum |v_tie|^2.
+// finite elements). The pieces may be tensors, and everybody must follow one rule:
+// - the term of the neighbour at the other end of a joint with unit vector n takes of a DE's mass
+//     B(n) = [mu I + (lambda + mu) n n^T] / (4 (lambda + 4 mu)),
+//   in proportion to the joint's stiffness along and across n; the rest is the DE's own. With six
+//   perpendicular joints that is half. For the cubic lattice and nu <= 1/3 the bound is exact.
+// - each of the three faces of a finite element at a node takes 3 B(n) of the node's m_e/8, so that
+//   the element keeps a quarter (if the n are perpendicular), and the four ties of a face each
+//   count that share in full: their weights are a contraction (a symmetric matrix with eigenvalues
+//   1, 1/2, 1/2, 1/4), so sum |v_node|^2 >= sum |v_tie|^2.
+// Where joints are missing the energy is minimised over them, so omega_max can only fall.
 
 #include "defe/coupling/corner_strain.h"
 
 #include "corner_metric.h"
 
-#include <algorithm>
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 
@@ -49,6 +52,37 @@ double largest_eigenvalue(Matrix21 A)
   return std::exp(log_bound + weight * std::log(A.norm()));
 }
 
+/// K_i in the displacements of the six joint ends (rows 3 s) and of the DE (rows 18..20).
+Matrix21 stiffness(const GeneralCell &cell, unsigned present, const CornerModuli &moduli)
+{
+  Matrix21 K = Matrix21::Zero();
+  for (int corner = 0; corner < 8; ++corner) {
+    const CornerMetric m(cell, present, corner);
+    const double w = corner_volume(cell, corner);
+    const double lambda_e = reduced_lambda(moduli, m.joints);
+    Vec3 g[3];    // dual to the joints, within their span
+    Mat3 P = Mat3::Zero();
+    for (int a = 0; a < m.joints; ++a) {
+      g[a].setZero();
+      for (int b = 0; b < m.joints; ++b) g[a] += m.inverse(a, b) * cell.dX[m.slot[b]];
+      P += cell.dX[m.slot[a]] * g[a].transpose();
+    }
+    // second derivative of w (lambda_e/2 tr^2 + mu E:E), E = sym of P grad u P, P onto the span
+    for (int a = 0; a < m.joints; ++a)
+      for (int b = 0; b < m.joints; ++b) {
+        const Mat3 k = w *
+            (lambda_e * g[a] * g[b].transpose() +
+             moduli.mu * (g[b] * g[a].transpose() + g[a].dot(g[b]) * P));
+        const int r = 3 * m.slot[a], c = 3 * m.slot[b];
+        K.block<3, 3>(r, c) += k;
+        K.block<3, 3>(r, 18) -= k;
+        K.block<3, 3>(18, c) -= k;
+        K.block<3, 3>(18, 18) += k;
+      }
+  }
+  return K;
+}
+
 }    // namespace
 
 double lattice_critical_step(double d, const CornerModuli &m, double rho)
@@ -63,44 +97,30 @@ double lattice_critical_step(const GeneralCell &cell, unsigned present, const Co
                              double mass, const double *neighbor_mass)
 {
   const double lambda = moduli.lambda, mu = moduli.mu;
-  const double own = std::min(0.5, (lambda + 4.0 * mu) / (9.0 * lambda + 6.0 * mu));
 
-  // K from the gradient of the half forces would do; the quadratic form is as short. Row of the
-  // displacement of the DE: 18..20, of joint end s: 3 s..3 s + 2.
-  Matrix21 K = Matrix21::Zero();
-  for (int corner = 0; corner < 8; ++corner) {
-    const CornerMetric m(cell, present, corner);
-    const double w = corner_volume(cell, corner), lambda_e = reduced_lambda(moduli, m.joints);
-    Vec3 g[3];    // dual to the joints within their span
-    Mat3 P = Mat3::Zero();
-    for (int a = 0; a < m.joints; ++a) {
-      g[a].setZero();
-      for (int b = 0; b < m.joints; ++b) g[a] += m.inverse(a, b) * cell.dX[m.slot[b]];
-      P += cell.dX[m.slot[a]] * g[a].transpose();
-    }
-    // second derivative of w (lambda_e/2 tr^2 + mu E:E), E = sym of P grad u P, P onto the span
-    for (int a = 0; a < m.joints; ++a)
-      for (int b = 0; b < m.joints; ++b) {
-        const Mat3 k = w * (lambda_e * g[a] * g[b].transpose() +
-                            mu * (g[b] * g[a].transpose() + g[a].dot(g[b]) * P));
-        const int r = 3 * m.slot[a], c = 3 * m.slot[b];
-        K.block<3, 3>(r, c) += k;
-        K.block<3, 3>(r, 18) -= k;
-        K.block<3, 3>(18, c) -= k;
-        K.block<3, 3>(18, 18) += k;
-      }
-  }
-
-  // Only joints that are there have rows; the others' stay zero and do no harm.
-  Eigen::Matrix<double, 21, 1> scale;
+  // inverse Cholesky factors of the mass tensors; rows of absent joints are zero in K anyway
+  Mat3 factor[7], own = Mat3::Identity();
   for (int s = 0; s < 6; ++s) {
-    const double other = neighbor_mass ? neighbor_mass[s] : mass;
-    const double share = cell.tie >> s & 1 ? 0.25 : (1.0 - own) / 6.0;
-    const bool there = present >> s & 1u;
-    scale.segment<3>(3 * s).setConstant(there ? 1.0 / std::sqrt(share * other) : 0.0);
+    factor[s].setZero();
+    if (!(present >> s & 1u)) continue;
+    const bool tie = cell.tie >> s & 1u;
+    const Vec3 n = cell.dX[s].normalized();
+    const Mat3 B = (mu * Mat3::Identity() + (lambda + mu) * n * n.transpose()) /
+        (4.0 * (lambda + 4.0 * mu));
+    if (!tie) own -= B;
+    const Mat3 share = (tie ? 3.0 : 1.0) * (neighbor_mass ? neighbor_mass[s] : mass) * B;
+    factor[s] = Mat3(share.llt().matrixL()).inverse();
   }
-  scale.tail<3>().setConstant(1.0 / std::sqrt(own * mass));
-  K = scale.asDiagonal() * K * scale.asDiagonal();
+  const Eigen::LLT<Mat3> cholesky(mass * own);
+  if (cholesky.info() != Eigen::Success) return 0.0;
+  factor[6] = Mat3(cholesky.matrixL()).inverse();
+
+  Matrix21 K = stiffness(cell, present, moduli);
+  for (int r = 0; r < 7; ++r)
+    for (int c = 0; c < 7; ++c) {
+      const Mat3 k = K.block<3, 3>(3 * r, 3 * c);
+      K.block<3, 3>(3 * r, 3 * c) = factor[r] * k * factor[c].transpose();
+    }
   const double omega2 = largest_eigenvalue(K);
   return omega2 > 0.0 ? 2.0 / std::sqrt(omega2) : std::numeric_limits<double>::infinity();
 }

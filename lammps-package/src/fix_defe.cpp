@@ -33,7 +33,6 @@ using defe::Vec3;
 using defe::fe::HexCoords;
 
 static constexpr int SIZE_VECTOR = 25;
-static constexpr int MAXSHIELD = 26;    // neighbours of a hex
 
 static constexpr int doubles(size_t bytes)
 {
@@ -42,6 +41,7 @@ static constexpr int doubles(size_t bytes)
 
 static constexpr int HEX_SIZE = doubles(sizeof(HexPod));
 static constexpr int DE_SIZE = doubles(sizeof(DERecord));
+static constexpr int RECORD_SIZE = 1 + 3 + 4 + 1 + 1 + 1;    // of any atom
 
 // a ghost atom receives one element per round of communication (with its pbc shift)
 static constexpr int FORWARD_SIZE = HEX_SIZE + 1 > 14 ? HEX_SIZE + 1 : 14;
@@ -262,6 +262,7 @@ FixDefe::~FixDefe()
   memory->destroy(xref);
   memory->destroy(xframe);
   memory->destroy(nelem);
+  memory->destroy(touch);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -830,6 +831,7 @@ void FixDefe::grow_arrays(int nmax)
   memory->grow(xref, nmax, 3, "defe:xref");
   memory->grow(xframe, nmax, 3, "defe:xframe");
   memory->grow(nelem, nmax, "defe:nelem");
+  memory->grow(touch, nmax, 4, "defe:touch");
   hexes.resize(nmax);
   de.resize(nmax);
 }
@@ -842,6 +844,7 @@ void FixDefe::copy_arrays(int i, int j, int /*delflag*/)
     xframe[j][k] = xframe[i][k];
   }
   nelem[j] = nelem[i];
+  for (int k = 0; k < 4; k++) touch[j][k] = touch[i][k];
 
   // LAMMPS copies only to move: the source slot is dead afterwards
 
@@ -852,6 +855,8 @@ void FixDefe::copy_arrays(int i, int j, int /*delflag*/)
 
 void FixDefe::set_arrays(int i)
 {
+  for (int k = 0; k < 4; k++) touch[i][k] = 0.0;
+
   // read_data sets the arrays of new atoms after it has read the sections: keep the elements
 
   if (reading) {
@@ -903,7 +908,7 @@ bigint FixDefe::last_hex_id() const
 
 int FixDefe::record_size(int i) const
 {
-  int n = 1 + 3 + 1 + 1 + 1;
+  int n = RECORD_SIZE;
   if (de[i]) n += DE_SIZE;
   for (const auto &h : hexes[i]) n += HEX_SIZE + 1 + 4 * static_cast<int>(h.shields.size());
   return n;
@@ -913,6 +918,7 @@ int FixDefe::pack_record(int i, double *buf) const
 {
   int m = 1;
   for (int k = 0; k < 3; k++) buf[m++] = xref[i][k];
+  for (int k = 0; k < 4; k++) buf[m++] = touch[i][k];
   buf[m++] = ubuf(nelem[i]).d;
   buf[m++] = ubuf(de[i] ? 1 : 0).d;
   buf[m++] = ubuf(static_cast<int>(hexes[i].size())).d;
@@ -937,6 +943,7 @@ int FixDefe::unpack_record(int i, const double *buf)
 {
   int m = 1;
   for (int k = 0; k < 3; k++) xref[i][k] = xframe[i][k] = buf[m++];
+  for (int k = 0; k < 4; k++) touch[i][k] = buf[m++];
   nelem[i] = static_cast<int>(ubuf(buf[m++]).i);
   const int has_de = static_cast<int>(ubuf(buf[m++]).i);
   const int nhex = static_cast<int>(ubuf(buf[m++]).i);
@@ -1005,7 +1012,7 @@ int FixDefe::size_restart(int i)
 
 int FixDefe::maxsize_restart()
 {
-  int n = 7 + DE_SIZE;
+  int n = RECORD_SIZE + DE_SIZE;
   int largest = 0;
   for (int i = 0; i < atom->nlocal; i++) largest = MAX(largest, record_size(i));
   return MAX(n, largest);

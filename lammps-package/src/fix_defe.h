@@ -111,6 +111,10 @@ class FixDefe : public Fix {
   void mesh_changed() { mesh_dirty = true; }
   bigint last_hex_id() const;    // collective
 
+  /** Neighbours, masses and checks of new elements; collective, does nothing if there are none.
+      Pair styles call it in their init(), which comes before ours: they need the DEs' radii. */
+  void build_topology();
+
   double max_de_radius(int type) const;    // largest DE of that type that can ever be born
   bigint des_total = 0;                    // on all ranks
 
@@ -191,6 +195,7 @@ class FixDefe : public Fix {
   // ---- per-atom data ----
   double **xref = nullptr;      // reference position, never wrapped
   double **xframe = nullptr;    // the same, in the periodic frame that x is in now
+  double **touch = nullptr;     // two of (part + 1, depth): surface contact at the last step
   int *nelem = nullptr;         // finite elements at this node
   std::vector<std::vector<HexRecord>> hexes;
   std::vector<std::unique_ptr<DERecord>> de;
@@ -251,6 +256,8 @@ class FixDefe : public Fix {
   double contact_energy = 0.0;    // at the last force evaluation, this rank
   void build_surfaces();
   void contact_forces();
+  double last_depth(int, int) const;
+  void keep_depth(int, int, double);
 
   // ---- conversion ----
   std::vector<HexRecord *> marked;
@@ -270,8 +277,6 @@ class FixDefe : public Fix {
   void ghost_positions();
   void update_totals();
 
-  // ---- topology ----
-  void build_topology();
 
   // ---- communication ----
   enum CommMode { FRAME, POSVEL, SURFACE, MARKED, LOSS };

@@ -118,6 +118,13 @@ void FixDefe::build_surfaces()
     double area = 0.0, k_sum = 0.0;
     int k_count = 0;
     double r = 0.0;
+    std::vector<Vec3> normals;    // of its own facets
+  };
+  auto normal_of = [this](const Facet &f) {
+    double **x = atom->x;
+    const Vec3 a = Vec3(x[f.node[2]]) - Vec3(x[f.node[0]]);
+    const Vec3 b = Vec3(x[f.node[3]]) - Vec3(x[f.node[1]]);
+    return Vec3(a.cross(b).normalized());
   };
   std::vector<std::pair<int, Point>> points;
   {
@@ -132,6 +139,7 @@ void FixDefe::build_surfaces()
         p.area += 0.25 * f.area;
         p.k_sum += f.k_area;
         p.k_count++;
+        p.normals.push_back(normal_of(f));
       }
     }
     for (auto &p : nodes) points.emplace_back(p);
@@ -202,6 +210,14 @@ void FixDefe::build_surfaces()
                 f.size * (0.5 + MAX_DEPTH + EDGE_MARGIN) + p.r + neighbor->skin;
             if (rsq > cut * cut) continue;
             if (material_of(parts[f.part]).rigid && material_of(parts[p.part]).rigid) continue;
+            if (p.r == 0.0) {
+              // only surfaces that face each other: where two edges lie flush, a node that comes
+              // free of one face must not be taken for inside of the face round the corner
+              const Vec3 n = normal_of(f);
+              bool facing = false;
+              for (const auto &m : p.normals) facing = facing || m.dot(n) < -0.3;
+              if (!facing) continue;
+            }
             if (same) {
               // a DE is tied to this element, or rests on it in the reference state
               bool tied = false;
@@ -237,31 +253,63 @@ void FixDefe::build_surfaces()
   }
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   how deep atom i was in a part at the last step; 0 = not
+------------------------------------------------------------------------- */
+
+double FixDefe::last_depth(int i, int part) const
+{
+  for (int k = 0; k < 4; k += 2)
+    if (touch[i][k] == part + 1) return touch[i][k + 1];
+  return 0.0;
+}
+
+void FixDefe::keep_depth(int i, int part, double depth)
+{
+  int slot = -1;
+  for (int k = 0; k < 4; k += 2)
+    if (touch[i][k] == part + 1) slot = k;
+  if (slot < 0 && depth > 0.0)
+    for (int k = 0; k < 4; k += 2)
+      if (touch[i][k] == 0.0) slot = k;
+  if (slot < 0) return;
+  touch[i][slot] = depth > 0.0 ? part + 1 : 0;
+  touch[i][slot + 1] = MAX(depth, 0.0);
+}
+
+/* ----------------------------------------------------------------------
+   penalty forces, onto owned and ghost atoms
+   Sides are kept: a point gets into a body only by crossing a facet, so it can be no
+   deeper than it was a step ago plus the way it has gone since. What is deeper, lies
+   behind a face round the corner, or behind one that a conversion has just bared.
+------------------------------------------------------------------------- */
 
 void FixDefe::contact_forces()
 {
   double **x = atom->x;
+  double **v = atom->v;
   double **f = atom->f;
+  const double dt = update->dt;
   contact_energy = 0.0;
 
   for (const auto &cp : contact_pairs) {
     const Vec3 p(x[cp.point]);
+    const double was = last_depth(cp.point, cp.part);
     const Facet *best = nullptr;
     defe::FacetPoint at;
-    double nearest = 1.0e300;
+    Vec3 n;
+    double nearest = 1.0e300, depth = 0.0;
     for (int k = cp.first; k < cp.first + cp.count; k++) {
       const Facet &facet = facets[contact_facets[k]];
 
-      // cheap tests first: distance to the plane of the facet and to its middle
+      // cheap tests first: distance to the middle of the facet and to its plane
 
       const Vec3 q[4] = {Vec3(x[facet.node[0]]), Vec3(x[facet.node[1]]), Vec3(x[facet.node[2]]),
                          Vec3(x[facet.node[3]])};
       const Vec3 mid = 0.25 * (q[0] + q[1] + q[2] + q[3]);
       const Vec3 del = p - mid;
-      const double cut = facet.size * (0.5 + EDGE_MARGIN) + cp.r;
-      const double rsq = del.squaredNorm();
-      if (rsq > (cut + MAX_DEPTH * facet.size) * (cut + MAX_DEPTH * facet.size)) continue;
+      const double cut = facet.size * (0.5 + EDGE_MARGIN + MAX_DEPTH) + cp.r;
+      if (del.squaredNorm() > cut * cut) continue;
       const Vec3 area = 0.5 * (q[2] - q[0]).cross(q[3] - q[1]);
       const double height = del.dot(area) / area.norm();
       const double warp = 0.25 * std::abs((q[0] - q[1] + q[2] - q[3]).dot(area)) / area.norm();
@@ -269,42 +317,45 @@ void FixDefe::contact_forces()
       if (height < -MAX_DEPTH * facet.size - warp) continue;
 
       const defe::FacetPoint here = defe::closest_point(p, q);
-      const double distance = (p - here.closest).norm();
-      if (distance < nearest) {
-        nearest = distance;
-        at = here;
-        best = &facet;
+      const Vec3 off = p - here.closest;
+      const double distance = off.norm();
+      if (distance >= nearest) continue;
+      const double h = off.dot(here.normal);
+      double overlap;
+      Vec3 direction = here.normal;
+      if (h > 0.0) {
+        // a sphere in front: against the closest point, be it on a face or an edge
+        if (distance >= cp.r) continue;
+        overlap = cp.r - distance;
+        direction = off / distance;
+      } else {
+        // behind: only if it is over the facet, less a margin at the edges
+        if (cp.same || (off - h * here.normal).norm() > EDGE_MARGIN * facet.size) continue;
+        overlap = cp.r - h;
+        Vec3 slip(v[cp.point]);
+        for (int a = 0; a < 4; a++) slip -= here.N[a] * Vec3(v[facet.node[a]]);
+        if (overlap > was + 2.0 * dt * slip.norm() + 1.0e-7 * facet.size) continue;
       }
+      nearest = distance;
+      depth = overlap;
+      n = direction;
+      at = here;
+      best = &facet;
     }
-    if (!best) continue;
-
-    Vec3 n = at.normal;
-    double gap = at.distance - cp.r;
-    const Vec3 off = p - at.closest;
-    const double h = off.dot(n);
-    const double beside = (off - h * n).norm();
-    if (cp.same || h > 0.0) {
-      // a sphere outside of the body: against the closest point, be it on a face or an edge
-      if (cp.r == 0.0 || nearest >= cp.r || (cp.same && h <= 0.0)) continue;
-      n = off / nearest;
-      gap = nearest - cp.r;
-    } else {
-      // below the face: in contact only if it is over it, less a margin at the edges
-      if (beside > EDGE_MARGIN * best->size || -h > MAX_DEPTH * best->size) continue;
-      gap = h - cp.r;
-    }
-    if (gap >= 0.0) continue;
+    keep_depth(cp.point, cp.part, depth);
+    if (!best || depth <= 0.0) continue;
 
     double k = cp.k_own;
     if (k < 0.0 || (best->k_area > 0.0 && best->k_area < k)) k = best->k_area;
     k *= cp.area * cp.weight;
-    contact_energy += 0.5 * k * gap * gap;
-    const Vec3 force = -k * gap * n;
+    contact_energy += 0.5 * k * depth * depth;
+    const Vec3 force = k * depth * n;
     for (int d = 0; d < 3; d++) f[cp.point][d] += force[d];
     for (int a = 0; a < 4; a++)
       for (int d = 0; d < 3; d++) f[best->node[a]][d] -= at.N[a] * force[d];
-    const double v[6] = {off[0] * force[0], off[1] * force[1], off[2] * force[2],
+    const Vec3 off = p - at.closest;
+    const double w[6] = {off[0] * force[0], off[1] * force[1], off[2] * force[2],
                          off[0] * force[1], off[0] * force[2], off[1] * force[2]};
-    for (int d = 0; d < 6; d++) virial_fe[d] += v[d];
+    for (int d = 0; d < 6; d++) virial_fe[d] += w[d];
   }
 }

@@ -190,6 +190,7 @@ void PairDefeJoint::init_style()
   if (fixes.empty())
     error->all(FLERR, "Pair style defe/* joins the DEs of a fix defe: define one");
   fix = dynamic_cast<FixDefe *>(fixes.front());
+  fix->build_topology();
 
   if (with_contact) {
     neighbor->add_request(this, NeighConst::REQ_SIZE | NeighConst::REQ_HISTORY);

@@ -18,7 +18,7 @@ namespace {
 
 /// Largest eigenvalue of M^-1 K at the reference state, by the power method with the forces
 /// themselves (central differences: the third order of the energy drops out).
-double exact_step(const Block &block, int iterations = 1500)
+double exact_step(const Block &block, int iterations = 600)
 {
   std::mt19937 random(1);
   const std::size_t n = block.X.size();
@@ -106,7 +106,9 @@ TEST(CriticalStep, InfiniteLattice)
     const double step = lattice_critical_step(1.0, {lambda, mu}, 1.0);
     EXPECT_LE(step, 2.0 / std::sqrt(omega2) * (1.0 + 1e-12)) << nu;
     EXPECT_GE(step, 2.0 / std::sqrt(omega2) * (1.0 - 1e-3)) << nu;
-    if (nu <= 0.3) EXPECT_NEAR(step, 1.0 / std::sqrt(lambda + 4.0 * mu), 1e-14);
+    if (nu <= 0.3) {
+      EXPECT_NEAR(step, 1.0 / std::sqrt(lambda + 4.0 * mu), 1e-14);
+    }
   }
   // the glass of the beam
   const fe::IsotropicElastic glass{74.09e9, 0.2, 2500.0};
@@ -118,7 +120,7 @@ TEST(CriticalStep, BlockOfDEs)
   for (double nu : {0.0, 0.2, 0.3, 0.4}) {
     const Mesh mesh = box_mesh(4, 4, 4, 1.0);
     Block block(mesh, std::vector<char>(64, 1), {1.0, nu, 1.0});
-    compare("cubes", block, nu < 0.25 ? 0.06 : (nu < 0.35 ? 0.10 : 0.35));
+    compare("cubes", block, nu < 0.35 ? 0.03 : 0.10);
 
     // the infinite lattice is never faster, whatever is missing
     const double infinite = lattice_critical_step(0.5, block.moduli, 1.0);
@@ -142,7 +144,7 @@ TEST(CriticalStep, BlockWithTies)
       for (char &c : converted) c = uniform(random, 0.0, 1.0) < fraction;
       if (fraction == 0.0) converted[21] = 1;
       const Block block(mesh, converted, {1.0, nu, 1.0});
-      compare(("cubes, converted " + std::to_string(fraction)).c_str(), block, 0.5);
+      compare(("cubes, converted " + std::to_string(fraction)).c_str(), block, 0.3);
     }
 }
 
@@ -157,7 +159,7 @@ TEST(CriticalStep, OtherShapes)
       std::vector<char> converted(64, 0);
       for (char &c : converted) c = uniform(random, 0.0, 1.0) <= fraction;
       const Block block(mesh, converted, {1.0, 0.2, 1.0});
-      compare(shape ? "distorted" : "graded", block, 0.5);
+      compare(shape ? "distorted" : "graded", block, 0.3);
     }
 }
 

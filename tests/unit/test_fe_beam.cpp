@@ -235,11 +235,12 @@ TEST(Beam, LargestEigenfrequencyAndCriticalStep)
   EXPECT_NEAR(omega, 9.575827e6, 1.0);
   EXPECT_NEAR(2.0 / omega, 2.08859e-7, 1e-12);
 
-  // the element's own step is a lower bound of the mesh's, and a close one
+  // The elements' own smallest step is a safe bound. It is 18 % below the mesh's, because half of
+  // the nodes of a narrow column are also loaded with the mass of a wide one.
   const double bound = std::min(critical_step(beam.shape(0), glass),
                                 critical_step(beam.shape(Beam::element(1, 0, 0)), glass));
   EXPECT_LE(bound, 2.0 / omega);
-  EXPECT_GT(bound, 0.95 * 2.0 / omega);
+  EXPECT_GT(bound, 0.8 * 2.0 / omega);
 }
 
 TEST(Beam, LowestElasticFrequencies)
@@ -297,10 +298,39 @@ TEST(CriticalStep, OfOneElementAgainstPowerIteration)
   }
 }
 
+TEST(CriticalStep, OfCongruentBricksIsThatOfTheWholeBlock)
+{
+  // An element's mode and its mirror images fit together across all faces, so the block vibrates as
+  // fast as one brick: the bound is sharp.
+  const int n[3] = {3, 2, 2};
+  const auto node = [&n](int i, int j, int k) { return (i * (n[1] + 1) + j) * (n[2] + 1) + k; };
+  const int size = 3 * (n[0] + 1) * (n[1] + 1) * (n[2] + 1);
+  const HexCoords X = box(1.0, 0.7, 1.3);
+  const auto Ke = stiffness(X, unit);
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd mass = Eigen::VectorXd::Zero(size);
+  for (int i = 0; i < n[0]; ++i)
+    for (int j = 0; j < n[1]; ++j)
+      for (int k = 0; k < n[2]; ++k)
+        for (int a = 0; a < 8; ++a) {
+          const auto id = [&](int c) {
+            return 3 * node(i + (hex_sign[c][0] + 1) / 2, j + (hex_sign[c][1] + 1) / 2,
+                            k + (hex_sign[c][2] + 1) / 2);
+          };
+          mass.segment<3>(id(a)).array() += nodal_mass(X, unit.rho);
+          for (int b = 0; b < 8; ++b)
+            K.block<3, 3>(id(a), id(b)) += Ke.block<3, 3>(3 * a, 3 * b);
+        }
+  const Eigen::VectorXd scale = mass.cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd A = scale.asDiagonal() * K * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(A, Eigen::EigenvaluesOnly);
+  EXPECT_NEAR(std::sqrt(solver.eigenvalues()[size - 1]), max_frequency(X, unit), 1e-12);
+}
+
 TEST(CriticalStep, OfACubeInClosedForm)
 {
-  // The stiffest mode of a cube with nu = 0 is one of twelve nodes' worth of stretching; with
-  // nu -> 1/2 it is the breathing mode u = x: W = 9/2 K V e^2, T = 1/2 m w^2 3 h^2/4 e^2.
+  // The breathing mode u = e x of a nearly incompressible cube: W = 9/2 K V e^2 against a kinetic
+  // energy of 1/2 m w^2 e^2 |x|^2 with |x|^2 = 3 h^2/4 at all nodes.
   const IsotropicElastic stiff{1.0, 0.499, 1.0};
   const double h = 2.0;
   const double omega = std::sqrt(9.0 * stiff.bulk() * h * h * h / (stiff.rho * h * h * h) /
