@@ -246,13 +246,12 @@ class FixDefe : public Fix {
     int first, count;
     int part;
     double r;              // 0 for nodes
-    double area;           // tributary
     double k_own;          // penalty stiffness per area of the point's side, negative = rigid
     double weight;
     bool same;             // a DE against its own part
   };
   std::vector<ContactPair> contact_pairs;
-  std::vector<int> contact_facets;
+  std::vector<std::pair<int, double>> contact_facets;    // facet, area of the point facing it
   double contact_energy = 0.0;    // at the last force evaluation, this rank
   void build_surfaces();
   void contact_forces();

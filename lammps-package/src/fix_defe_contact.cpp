@@ -118,7 +118,7 @@ void FixDefe::build_surfaces()
     double area = 0.0, k_sum = 0.0;
     int k_count = 0;
     double r = 0.0;
-    std::vector<Vec3> normals;    // of its own facets
+    std::vector<Vec3> quarters;    // of its own facets: a quarter of the area, along the normal
   };
   auto normal_of = [this](const Facet &f) {
     double **x = atom->x;
@@ -136,10 +136,9 @@ void FixDefe::build_surfaces()
         auto &p = nodes.emplace(i, Point()).first->second;
         if (p.k_count == 0) p.part = f.part;
         if (p.part != f.part) continue;
-        p.area += 0.25 * f.area;
         p.k_sum += f.k_area;
         p.k_count++;
-        p.normals.push_back(normal_of(f));
+        p.quarters.push_back(0.25 * f.area * normal_of(f));
       }
     }
     for (auto &p : nodes) points.emplace_back(p);
@@ -188,7 +187,7 @@ void FixDefe::build_surfaces()
   for (size_t k = 0; k < facets.size(); k++)
     grid[cell_of(facets[k].centre)].push_back(static_cast<int>(k));
 
-  std::vector<int> near;
+  std::vector<std::pair<int, double>> near;    // facet, area of the point that faces it
   for (const auto &pp : points) {
     const int i = pp.first;
     const Point &p = pp.second;
@@ -210,13 +209,16 @@ void FixDefe::build_surfaces()
                 f.size * (0.5 + MAX_DEPTH + EDGE_MARGIN) + p.r + neighbor->skin;
             if (rsq > cut * cut) continue;
             if (material_of(parts[f.part]).rigid && material_of(parts[p.part]).rigid) continue;
+            double area = p.area;
             if (p.r == 0.0) {
               // only surfaces that face each other: where two edges lie flush, a node that comes
               // free of one face must not be taken for inside of the face round the corner
               const Vec3 n = normal_of(f);
-              bool facing = false;
-              for (const auto &m : p.normals) facing = facing || m.dot(n) < -0.3;
-              if (!facing) continue;
+              double facing = 0.0;
+              for (const auto &a : p.quarters)
+                if (a.dot(n) < -0.3 * a.norm()) facing -= a.dot(n);
+              if (facing == 0.0) continue;
+              area = facing;
             }
             if (same) {
               // a DE is tied to this element, or rests on it in the reference state
@@ -225,27 +227,26 @@ void FixDefe::build_surfaces()
                 tied = tied || (slot.kind == DefeJoint::TIE && slot.other == f.element);
               if (tied) continue;
             }
-            near.push_back(k);
+            near.emplace_back(k, area);
           }
         }
     if (near.empty()) continue;
-    std::sort(near.begin(), near.end(), [this](int a, int b) {
-      const Facet &fa = facets[a], &fb = facets[b];
+    std::sort(near.begin(), near.end(), [this](const auto &a, const auto &b) {
+      const Facet &fa = facets[a.first], &fb = facets[b.first];
       if (fa.part != fb.part) return fa.part < fb.part;
       return fa.element != fb.element ? fa.element < fb.element : fa.face < fb.face;
     });
     for (size_t k = 0; k < near.size();) {
       ContactPair cp;
       cp.point = i;
-      cp.part = facets[near[k]].part;
+      cp.part = facets[near[k].first].part;
       cp.same = (cp.part == p.part);
       cp.first = static_cast<int>(contact_facets.size());
       cp.r = p.r;
-      cp.area = p.area;
       cp.k_own = p.k_sum / p.k_count;
       // nodes are met a second time, by the nodes of the other side against their facets
       cp.weight = p.r > 0.0 ? 1.0 : 0.5;
-      for (; k < near.size() && facets[near[k]].part == cp.part; k++)
+      for (; k < near.size() && facets[near[k].first].part == cp.part; k++)
         contact_facets.push_back(near[k]);
       cp.count = static_cast<int>(contact_facets.size()) - cp.first;
       contact_pairs.push_back(cp);
@@ -298,9 +299,9 @@ void FixDefe::contact_forces()
     const Facet *best = nullptr;
     defe::FacetPoint at;
     Vec3 n;
-    double nearest = 1.0e300, depth = 0.0;
+    double nearest = 1.0e300, depth = 0.0, area = 0.0;
     for (int k = cp.first; k < cp.first + cp.count; k++) {
-      const Facet &facet = facets[contact_facets[k]];
+      const Facet &facet = facets[contact_facets[k].first];
 
       // cheap tests first: distance to the middle of the facet and to its plane
 
@@ -310,9 +311,9 @@ void FixDefe::contact_forces()
       const Vec3 del = p - mid;
       const double cut = facet.size * (0.5 + EDGE_MARGIN + MAX_DEPTH) + cp.r;
       if (del.squaredNorm() > cut * cut) continue;
-      const Vec3 area = 0.5 * (q[2] - q[0]).cross(q[3] - q[1]);
-      const double height = del.dot(area) / area.norm();
-      const double warp = 0.25 * std::abs((q[0] - q[1] + q[2] - q[3]).dot(area)) / area.norm();
+      const Vec3 plane = 0.5 * (q[2] - q[0]).cross(q[3] - q[1]);
+      const double height = del.dot(plane) / plane.norm();
+      const double warp = 0.25 * std::abs((q[0] - q[1] + q[2] - q[3]).dot(plane)) / plane.norm();
       if (height > cp.r + warp) continue;
       if (height < -MAX_DEPTH * facet.size - warp) continue;
 
@@ -341,13 +342,14 @@ void FixDefe::contact_forces()
       n = direction;
       at = here;
       best = &facet;
+      area = contact_facets[k].second;
     }
     keep_depth(cp.point, cp.part, depth);
     if (!best || depth <= 0.0) continue;
 
     double k = cp.k_own;
     if (k < 0.0 || (best->k_area > 0.0 && best->k_area < k)) k = best->k_area;
-    k *= cp.area * cp.weight;
+    k *= area * cp.weight;
     contact_energy += 0.5 * k * depth * depth;
     const Vec3 force = k * depth * n;
     for (int d = 0; d < 3; d++) f[cp.point][d] += force[d];
