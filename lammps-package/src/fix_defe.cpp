@@ -544,6 +544,7 @@ void FixDefe::pre_neighbor()
       const auto &cell = (d < jt.north) ? ortho[d].second : general[d - jt.north].second;
       if (d >= jt.north) jt.cell[d - jt.north] = cell;
       jt.material[d] = static_cast<unsigned char>(r.part);
+      if (r.newborn) jt.newborn.push_back(d);
       for (int s = 0; s < 6; s++) {
         JointSlot &slot = r.slot[s];
         jt.nb[d][s] = i;
@@ -601,6 +602,7 @@ void FixDefe::JointTable::clear()
   tie_node.clear();
   tie_point.clear();
   cohesive.clear();
+  newborn.clear();
 }
 
 /* ----------------------------------------------------------------------

@@ -308,6 +308,7 @@ void PairDefeJoint::connective_and_ties()
           jt.rec[d]->slot[s].state = jt.state[6 * d + s] = DefeJoint::CONTACT;
       jt.rec[d]->newborn = 0;
     }
+    jt.newborn.clear();
     return;
   }
 
@@ -356,6 +357,8 @@ void PairDefeJoint::connective_and_ties()
 
   // both halves of each joint; ties act on the nodes of the face
 
+  update_screen();
+  reached.clear();
   auto &stored = fix->stored;
   const bool vflag = vflag_global || vflag_atom;
   for (int d = 0; d < n; d++) {
@@ -369,7 +372,11 @@ void PairDefeJoint::connective_and_ties()
       if (nb >= 0) {
         const int other = jt.partner[d][s];
         const double *g = &jt.half_force[other / 6][3 * (other % 6)];
-        for (int k = 0; k < 3; k++) fi[k] += h[k] - g[k];
+        const double fx = h[0] - g[0], fy = h[1] - g[1], fz = h[2] - g[2];
+        fi[0] += fx;
+        fi[1] += fy;
+        fi[2] += fz;
+        if (fx * fx + fy * fy + fz * fz > screen[d][s]) reached.push_back(6 * d + s);
         joints++;
         if (vflag) {
           const double del[3] = {x[i][0] - x[nb][0], x[i][1] - x[nb][1], x[i][2] - x[nb][2]};
@@ -395,11 +402,47 @@ void PairDefeJoint::connective_and_ties()
       stored.joints += e * joints / (joints + ties);
     } else
       stored.joints += e;
-    if (jt.rec[d]->newborn) {
-      fix->ledger.conv_strain -= e;
-      jt.rec[d]->newborn = 0;
-    }
   }
+
+  // strain energy of DEs after their conversion, to set against what was there before
+
+  for (int d : jt.newborn) {
+    fix->ledger.conv_strain -= jt.energy[d];
+    jt.rec[d]->newborn = 0;
+  }
+  jt.newborn.clear();
+}
+
+/* ----------------------------------------------------------------------
+   square of the joint force below which the criterion need not be looked at;
+   infinite where there is no joint to decide on, or where the other side decides
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::update_screen()
+{
+  if (screen_step == neighbor->lastcall && screen.size() == static_cast<size_t>(fix->jt.nde)) return;
+  screen_step = neighbor->lastcall;
+  const auto &jt = fix->jt;
+  const std::array<double, 6> never = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
+  screen.assign(jt.nde, never);
+  mirrored.clear();
+  if (!with_cohesive) return;
+  for (int d = 0; d < jt.nde; d++)
+    for (int s = 0; s < 6; s++) {
+      if (jt.partner[d][s] < 0) continue;
+      const JointSlot &slot = jt.rec[d]->slot[s];
+      const int i = jt.self[d], j = jt.nb[d][s];
+      if (atom->tag[i] > slot.other) {
+        if (jt.partner[d][s] >= 6 * jt.nde) mirrored.push_back(6 * d + s);
+        continue;
+      }
+      if (slot.state != DefeJoint::CONNECTIVE) continue;
+      const auto &par = coeff_of(atom->type[i], atom->type[j]).cohesive;
+      double limit = par.sigma_t * slot.area;
+      if (par.reciprocal && par.beta < 1.0) limit *= par.beta;
+      if (!par.reciprocal && par.beta > 1.0) limit /= par.beta;
+      screen[d][s] = limit * limit * (1.0 - 1.0e-12);
+    }
 }
 
 /* ----------------------------------------------------------------------
@@ -410,121 +453,111 @@ void PairDefeJoint::criterion()
 {
   auto &jt = fix->jt;
   double **x = atom->x;
-  const tagint *tag = atom->tag;
-  const int n = jt.nde;
   std::vector<std::pair<int, int>> changed;    // DE, slots that leave its corner strains
 
-  auto drop = [&](int d, int s) {
-    if (!changed.empty() && changed.back().first == d)
-      changed.back().second |= 1 << s;
-    else
-      changed.emplace_back(d, 1 << s);
-  };
+  for (int ds : reached) {
+    const int d = ds / 6, s = ds % 6;
+    const int i = jt.self[d], j = jt.nb[d][s];
+    JointSlot &slot = jt.rec[d]->slot[s];
+    const int other = jt.partner[d][s];
+    const double *h = &jt.half_force[d][3 * s];
+    const double *g = &jt.half_force[other / 6][3 * (other % 6)];
+    const auto &par = coeff_of(atom->type[i], atom->type[j]).cohesive;
 
-  for (int d = 0; d < n; d++) {
-    if (!jt.present[d]) continue;
-    const int i = jt.self[d];
-    for (int s = 0; s < 6; s++) {
-      if (!(jt.present[d] & (1u << s)) || jt.partner[d][s] < 0) continue;
-      JointSlot &slot = jt.rec[d]->slot[s];
-      if (tag[i] > slot.other) continue;    // the other side decides
-      const int other = jt.partner[d][s];
-      const double *h = &jt.half_force[d][3 * s];
-      const double *g = &jt.half_force[other / 6][3 * (other % 6)];
-      const Vec3 force(h[0] - g[0], h[1] - g[1], h[2] - g[2]);
-      const int j = jt.nb[d][s];
-      const Coeff &c = coeff_of(atom->type[i], atom->type[j]);
-      const auto &par = c.cohesive;
-      const double limit = par.sigma_t * slot.area;
-      const double screen = par.reciprocal && par.beta < 1.0 ? limit * par.beta
-          : !par.reciprocal && par.beta > 1.0               ? limit / par.beta
-                                                            : limit;
-      if (force.squaredNorm() < screen * screen) continue;
+    const Vec3 t = Vec3(h[0] - g[0], h[1] - g[1], h[2] - g[2]) / slot.area;
+    const Vec3 y(x[j][0] - x[i][0], x[j][1] - x[i][1], x[j][2] - x[i][2]);
+    const double length = y.norm();
+    const Vec3 along = y / length;
+    const Vec3 normal = d < jt.north ? along : face_normal(d, s, along);
+    const double tn = t.dot(normal);
+    const double ts = (t - tn * normal).norm();
+    if (!(tn > 0.0) || defe::equivalent_traction(tn, ts, par) < par.sigma_t) continue;
 
-      const Vec3 t = force / slot.area;
-      const Vec3 y(x[j][0] - x[i][0], x[j][1] - x[i][1], x[j][2] - x[i][2]);
-      const double length = y.norm();
-      const Vec3 along = y / length;
-      Vec3 normal = along;
-      if (d >= jt.north) {
-        // the face's normal turned with the cell
-        const auto &cell = jt.cell[d - jt.north];
-        Mat3 A = Mat3::Zero();
-        for (int q = 0; q < 6; q++) {
-          if (!(jt.present[d] & (1u << q))) continue;
-          const int nb = jt.nb[d][q];
-          const double *p = nb >= 0 ? x[nb] : &jt.tie_point[3 * ~nb];
-          A += Vec3(p[0] - x[i][0], p[1] - x[i][1], p[2] - x[i][2]) * cell.dX[q].transpose();
-        }
-        Eigen::JacobiSVD<Mat3> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
-        if (svd.singularValues()[1] > 1e-6 * svd.singularValues()[0]) {
-          Mat3 U = svd.matrixU();
-          if ((U * svd.matrixV().transpose()).determinant() < 0.0) U.col(2) *= -1.0;
-          normal = U * svd.matrixV().transpose() * Vec3(slot.normal);
-        }
-      }
-      const double tn = t.dot(normal);
-      const double ts = (t - tn * normal).norm();
-      if (!(tn > 0.0)) continue;
-      if (defe::equivalent_traction(tn, ts, par) < par.sigma_t) continue;
-
-      const double an = t.dot(along);
-      const auto &moduli = table[jt.material[d]];
-      const auto stiffness = defe::joint_stiffness(moduli.lambda, moduli.mu, jt.len[d][s]);
-      const auto state = defe::cohesive_start(an, t - an * along, stiffness, par);
-      state.pack(slot.cohesive);
-      slot.length0 = length - state.e_n;
-      slot.stored = 0.5 * slot.area *
-          ((state.e_n > 0.0 ? stiffness.k_n : stiffness.k_c) * state.e_n * state.e_n +
-           stiffness.k_s * state.e_s.squaredNorm());
-      slot.lost = 0.0;
-      fix->stored.cohesive += slot.stored;
-      fix->ledger.release -= slot.stored;
-      set_state(d, s, DefeJoint::COHESIVE);
-      jt.cohesive.push_back(6 * d + s);
-      drop(d, s);
-      fix->note_damage();
-      event(d, s, 1, defe::equivalent_traction(tn, ts, par));
-    }
+    const double an = t.dot(along);
+    const auto &moduli = table[jt.material[d]];
+    const auto stiffness = defe::joint_stiffness(moduli.lambda, moduli.mu, jt.len[d][s]);
+    const auto state = defe::cohesive_start(an, t - an * along, stiffness, par);
+    state.pack(slot.cohesive);
+    slot.length0 = length - state.e_n;
+    slot.stored = 0.5 * slot.area *
+        ((state.e_n > 0.0 ? stiffness.k_n : stiffness.k_c) * state.e_n * state.e_n +
+         stiffness.k_s * state.e_s.squaredNorm());
+    slot.lost = 0.0;
+    fix->stored.cohesive += slot.stored;
+    fix->ledger.release -= slot.stored;
+    set_state(d, s, DefeJoint::COHESIVE);
+    jt.cohesive.push_back(ds);
+    changed.emplace_back(d, s);
+    if (other < 6 * jt.nde) changed.emplace_back(other / 6, other % 6);
+    fix->note_damage();
+    event(d, s, 1, defe::equivalent_traction(tn, ts, par));
   }
 
-  // tell the other side; there, take over what the lower ID decided
+  // joints whose lower ID is on another rank: take over what was decided there
 
   comm_mode = STATES;
   comm->forward_comm(this, 1);
-  for (int d = 0; d < n; d++)
-    for (int s = 0; s < 6; s++) {
-      const int other = jt.partner[d][s];
-      if (other < 0) continue;
-      JointSlot &slot = jt.rec[d]->slot[s];
-      if (tag[jt.self[d]] < slot.other) continue;
-      const int state = jt.state[other];
-      if (state == slot.state) continue;
-      if (slot.state == DefeJoint::CONNECTIVE) drop(d, s);
-      slot.state = jt.state[6 * d + s] = static_cast<signed char>(state);
-      candidates_stale = true;
-    }
+  for (int ds : mirrored) {
+    const int d = ds / 6, s = ds % 6;
+    JointSlot &slot = jt.rec[d]->slot[s];
+    const int state = jt.state[jt.partner[d][s]];
+    if (state == slot.state) continue;
+    if (slot.state == DefeJoint::CONNECTIVE) changed.emplace_back(d, s);
+    slot.state = static_cast<signed char>(state);
+    jt.state[ds] = static_cast<unsigned char>(state);
+    candidates_stale = true;
+  }
 
   // what the corners hold no longer, was released
 
   for (const auto &c : changed) {
     const int d = c.first;
     const double before = jt.energy[d];
-    jt.present[d] &= ~static_cast<unsigned>(c.second);
+    jt.present[d] &= ~(1u << c.second);
     jt.energy[d] = fix->de_energy(d, jt.present[d]);
-    const double loss = before - jt.energy[d];
-    fix->ledger.release += loss;
-    fix->stored.joints -= loss;
+    fix->ledger.release += before - jt.energy[d];
+    fix->stored.joints -= before - jt.energy[d];
   }
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   normal of the face that a joint crosses, turned with the DE's cell
+------------------------------------------------------------------------- */
+
+Vec3 PairDefeJoint::face_normal(int d, int s, const Vec3 &along) const
+{
+  const auto &jt = fix->jt;
+  double **x = atom->x;
+  const double *xi = x[jt.self[d]];
+  const auto &cell = jt.cell[d - jt.north];
+  Mat3 A = Mat3::Zero();
+  for (int q = 0; q < 6; q++) {
+    if (!(jt.present[d] & (1u << q))) continue;
+    const int nb = jt.nb[d][q];
+    const double *p = nb >= 0 ? x[nb] : &jt.tie_point[3 * ~nb];
+    A += Vec3(p[0] - xi[0], p[1] - xi[1], p[2] - xi[2]) * cell.dX[q].transpose();
+  }
+  const Eigen::JacobiSVD<Mat3> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (svd.singularValues()[1] <= 1e-6 * svd.singularValues()[0]) return along;
+  Mat3 U = svd.matrixU();
+  if ((U * svd.matrixV().transpose()).determinant() < 0.0) U.col(2) *= -1.0;
+  return U * svd.matrixV().transpose() * Vec3(jt.rec[d]->slot[s].normal);
+}
+
+/* ----------------------------------------------------------------------
+   new state of a joint, by the rank of its lower ID; its other end too if it is here
+------------------------------------------------------------------------- */
 
 void PairDefeJoint::set_state(int d, int s, int state)
 {
   auto &jt = fix->jt;
-  jt.rec[d]->slot[s].state = static_cast<signed char>(state);
-  jt.state[6 * d + s] = static_cast<unsigned char>(state);
+  screen[d][s] = HUGE_VAL;
+  const int other = jt.partner[d][s];
+  for (int ds : {6 * d + s, other}) {
+    if (ds < 0 || ds >= 6 * jt.nde) continue;    // the owner of that DE learns it from ours
+    jt.rec[ds / 6]->slot[ds % 6].state = static_cast<signed char>(state);
+    jt.state[ds] = static_cast<unsigned char>(state);
+  }
   candidates_stale = true;
 }
 

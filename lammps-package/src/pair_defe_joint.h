@@ -19,6 +19,7 @@ PairStyle(defe/joint,PairDefeJoint);
 #include "defe/coupling/contact_law.h"
 #include "defe/coupling/corner_strain.h"
 
+#include <array>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -62,6 +63,11 @@ class PairDefeJoint : public Pair {
   std::vector<double> young;                // per part
   enum { HALF_FORCES, STATES } comm_mode = HALF_FORCES;
 
+  std::vector<std::array<double, 6>> screen;    // per joint slot, see update_screen()
+  std::vector<int> reached;                     // 6 * DE + slot of the joints above it
+  std::vector<int> mirrored;    // same, of the joints whose state another rank decides
+  bigint screen_step = -1;
+
   std::vector<int> candidates;    // neighbour pairs that are not joined: (ii, jj) alternating
   bigint candidates_step = -1;
   bool candidates_stale = true;
@@ -69,6 +75,8 @@ class PairDefeJoint : public Pair {
   void allocate();
   void connective_and_ties();
   void criterion();
+  void update_screen();
+  defe::Vec3 face_normal(int d, int s, const defe::Vec3 &along) const;
   void cohesive_forces();
   void contact_forces();
   void update_candidates();
