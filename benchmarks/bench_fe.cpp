@@ -15,123 +15,125 @@
 
 namespace {
 
-  using namespace defe;
-  using namespace defe::fe;
+using namespace defe;
+using namespace defe::fe;
 
-  const IsotropicElastic glass{74.09e9, 0.2, 2500.0};
+const IsotropicElastic glass{74.09e9, 0.2, 2500.0};
 
-  // nx x ny x nz cubes of 2 mm, stretched and bent by strains of the order of glass at failure
-  struct Block {
-    std::vector<std::array<int, 8>> hexes;
-    std::vector<double> X, x, f;
+// nx x ny x nz cubes of 2 mm, stretched and bent by strains of the order of glass at failure
+struct Block {
+  std::vector<std::array<int, 8>> hexes;
+  std::vector<double> X, x, f;
 
-    Block(int nx, int ny, int nz)
-    {
-      const double h = 2e-3;
-      const auto node = [=](int i, int j, int k) { return (k * (ny + 1) + j) * (nx + 1) + i; };
-      std::mt19937 random(1);
-      std::uniform_real_distribution<double> noise(-1e-4 * h, 1e-4 * h);
-      for (int k = 0; k <= nz; ++k)
-        for (int j = 0; j <= ny; ++j)
-          for (int i = 0; i <= nx; ++i) {
-            const double r[3] = {i * h, j * h, k * h};
-            X.insert(X.end(), r, r + 3);
-            const double angle = 5e-3 * i / nx;
-            x.push_back(r[0] * (1 + 8e-4) - angle * r[1] + noise(random));
-            x.push_back(r[1] + angle * r[0] + noise(random));
-            x.push_back(r[2] + noise(random));
-          }
-      for (int k = 0; k < nz; ++k)
-        for (int j = 0; j < ny; ++j)
-          for (int i = 0; i < nx; ++i) {
-            std::array<int, 8> hex;
-            for (int a = 0; a < 8; ++a)
-              hex[a] = node(i + (hex_sign[a][0] + 1) / 2, j + (hex_sign[a][1] + 1) / 2,
-                            k + (hex_sign[a][2] + 1) / 2);
-            hexes.push_back(hex);
-          }
-      f.assign(X.size(), 0.0);
-    }
-
-    const int (*nodes() const)[8] { return reinterpret_cast<const int(*)[8]>(hexes.data()); }
-
-    HexCoords shape(int e) const
-    {
-      HexCoords Xe;
-      for (int a = 0; a < 8; ++a)
-        for (int i = 0; i < 3; ++i) Xe(i, a) = X[3 * hexes[e][a] + i];
-      return Xe;
-    }
-  };
-
-  Block block_of(int64_t size)
+  Block(int nx, int ny, int nz)
   {
-    if (size <= 5150) return {103, 10, 5};
-    return {static_cast<int>(size / 2500), 50, 50};
+    const double h = 2e-3;
+    const auto node = [=](int i, int j, int k) {
+      return (k * (ny + 1) + j) * (nx + 1) + i;
+    };
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> noise(-1e-4 * h, 1e-4 * h);
+    for (int k = 0; k <= nz; ++k)
+      for (int j = 0; j <= ny; ++j)
+        for (int i = 0; i <= nx; ++i) {
+          const double r[3] = {i * h, j * h, k * h};
+          X.insert(X.end(), r, r + 3);
+          const double angle = 5e-3 * i / nx;
+          x.push_back(r[0] * (1 + 8e-4) - angle * r[1] + noise(random));
+          x.push_back(r[1] + angle * r[0] + noise(random));
+          x.push_back(r[2] + noise(random));
+        }
+    for (int k = 0; k < nz; ++k)
+      for (int j = 0; j < ny; ++j)
+        for (int i = 0; i < nx; ++i) {
+          std::array<int, 8> hex;
+          for (int a = 0; a < 8; ++a)
+            hex[a] = node(i + (hex_sign[a][0] + 1) / 2, j + (hex_sign[a][1] + 1) / 2,
+                          k + (hex_sign[a][2] + 1) / 2);
+          hexes.push_back(hex);
+        }
+    f.assign(X.size(), 0.0);
   }
 
-  enum Kind { brick, congruent_hex, lagrangian };
-  enum Wanted { forces = 0, bound = 1, energy = 2, virial = 4, gauss_bound = 8 };
+  const int (*nodes() const)[8] { return reinterpret_cast<const int(*)[8]>(hexes.data()); }
 
-  void add_forces(benchmark::State &state, Kind kind, int wanted)
+  HexCoords shape(int e) const
   {
-    Block block = block_of(state.range(0));
-    std::unique_ptr<HexKernel> kernel;
-    if (kind == brick)
-      kernel = std::make_unique<BrickKernel>(block.shape(0), glass);
-    else if (kind == congruent_hex)
-      kernel = std::make_unique<CongruentKernel>(block.shape(0), glass);
-    else
-      kernel = std::make_unique<LagrangianKernel>(glass);
-
-    const int n = static_cast<int>(block.hexes.size());
-    std::vector<double> bounds(n), energies(n);
-    double virials[6] = {};
-    int inverted;
-    HexKernel::Output out;
-    out.inverted = &inverted;
-    if (wanted & (bound | gauss_bound)) out.stress_bound = bounds.data();
-    if (wanted & gauss_bound) out.bound_at_gauss_points = true;
-    if (wanted & energy) out.energy = energies.data();
-    if (wanted & virial) out.virial = virials;
-
-    for (auto _ : state) {
-      kernel->add_forces(n, block.nodes(), block.x.data(), block.X.data(), block.f.data(), out);
-      benchmark::ClobberMemory();
-    }
-    if (inverted >= 0) state.SkipWithError("inverted element");
-    state.SetItemsProcessed(state.iterations() * n);
+    HexCoords Xe;
+    for (int a = 0; a < 8; ++a)
+      for (int i = 0; i < 3; ++i) Xe(i, a) = X[3 * hexes[e][a] + i];
+    return Xe;
   }
+};
 
-  void sizes(benchmark::internal::Benchmark *b)
-  {
-    for (int size : {5150, 200000, 2000000}) b->Arg(size);
-    b->Unit(benchmark::kMicrosecond);
+Block block_of(int64_t size)
+{
+  if (size <= 5150) return {103, 10, 5};
+  return {static_cast<int>(size / 2500), 50, 50};
+}
+
+enum Kind { brick, congruent_hex, lagrangian };
+enum Wanted { forces = 0, bound = 1, energy = 2, virial = 4, gauss_bound = 8 };
+
+void add_forces(benchmark::State &state, Kind kind, int wanted)
+{
+  Block block = block_of(state.range(0));
+  std::unique_ptr<HexKernel> kernel;
+  if (kind == brick)
+    kernel = std::make_unique<BrickKernel>(block.shape(0), glass);
+  else if (kind == congruent_hex)
+    kernel = std::make_unique<CongruentKernel>(block.shape(0), glass);
+  else
+    kernel = std::make_unique<LagrangianKernel>(glass);
+
+  const int n = static_cast<int>(block.hexes.size());
+  std::vector<double> bounds(n), energies(n);
+  double virials[6] = {};
+  int inverted;
+  HexKernel::Output out;
+  out.inverted = &inverted;
+  if (wanted & (bound | gauss_bound)) out.stress_bound = bounds.data();
+  if (wanted & gauss_bound) out.bound_at_gauss_points = true;
+  if (wanted & energy) out.energy = energies.data();
+  if (wanted & virial) out.virial = virials;
+
+  for (auto _ : state) {
+    kernel->add_forces(n, block.nodes(), block.x.data(), block.X.data(), block.f.data(), out);
+    benchmark::ClobberMemory();
   }
+  if (inverted >= 0) state.SkipWithError("inverted element");
+  state.SetItemsProcessed(state.iterations() * n);
+}
 
-  void beam_only(benchmark::internal::Benchmark *b)
-  {
-    b->Arg(5150)->Unit(benchmark::kMicrosecond);
-  }
+void sizes(benchmark::internal::Benchmark *b)
+{
+  for (int size : {5150, 200000, 2000000}) b->Arg(size);
+  b->Unit(benchmark::kMicrosecond);
+}
 
-  BENCHMARK_CAPTURE(add_forces, brick, brick, forces)->Apply(beam_only);
-  BENCHMARK_CAPTURE(add_forces, brick_bound, brick, bound)->Apply(sizes);
-  BENCHMARK_CAPTURE(add_forces, brick_bound_energy, brick, bound | energy)->Apply(beam_only);
-  BENCHMARK_CAPTURE(add_forces, brick_gauss_bound, brick, gauss_bound)->Apply(beam_only);
-  BENCHMARK_CAPTURE(add_forces, brick_virial, brick, bound | virial)->Apply(beam_only);
-  BENCHMARK_CAPTURE(add_forces, congruent_bound, congruent_hex, bound)->Apply(sizes);
-  BENCHMARK_CAPTURE(add_forces, lagrangian, lagrangian, forces)->Apply(beam_only);
-  BENCHMARK_CAPTURE(add_forces, lagrangian_bound, lagrangian, bound)->Apply(sizes);
-  BENCHMARK_CAPTURE(add_forces, lagrangian_bound_energy, lagrangian, bound | energy)
-      ->Apply(beam_only);
-  BENCHMARK_CAPTURE(add_forces, lagrangian_gauss_bound, lagrangian, gauss_bound)->Apply(beam_only);
+void beam_only(benchmark::internal::Benchmark *b)
+{
+  b->Arg(5150)->Unit(benchmark::kMicrosecond);
+}
 
-  // per distinct element shape, once per run
-  void frequency(benchmark::State &state)
-  {
-    const HexCoords X = block_of(1).shape(0);
-    for (auto _ : state) benchmark::DoNotOptimize(max_frequency(X, glass));
-  }
-  BENCHMARK(frequency)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(add_forces, brick, brick, forces)->Apply(beam_only);
+BENCHMARK_CAPTURE(add_forces, brick_bound, brick, bound)->Apply(sizes);
+BENCHMARK_CAPTURE(add_forces, brick_bound_energy, brick, bound | energy)->Apply(beam_only);
+BENCHMARK_CAPTURE(add_forces, brick_gauss_bound, brick, gauss_bound)->Apply(beam_only);
+BENCHMARK_CAPTURE(add_forces, brick_virial, brick, bound | virial)->Apply(beam_only);
+BENCHMARK_CAPTURE(add_forces, congruent_bound, congruent_hex, bound)->Apply(sizes);
+BENCHMARK_CAPTURE(add_forces, lagrangian, lagrangian, forces)->Apply(beam_only);
+BENCHMARK_CAPTURE(add_forces, lagrangian_bound, lagrangian, bound)->Apply(sizes);
+BENCHMARK_CAPTURE(add_forces, lagrangian_bound_energy, lagrangian, bound | energy)
+    ->Apply(beam_only);
+BENCHMARK_CAPTURE(add_forces, lagrangian_gauss_bound, lagrangian, gauss_bound)->Apply(beam_only);
+
+// per distinct element shape, once per run
+void frequency(benchmark::State &state)
+{
+  const HexCoords X = block_of(1).shape(0);
+  for (auto _ : state) benchmark::DoNotOptimize(max_frequency(X, glass));
+}
+BENCHMARK(frequency)->Unit(benchmark::kMicrosecond);
 
 }    // namespace

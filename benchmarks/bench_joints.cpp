@@ -30,7 +30,9 @@ struct Block {
     const int n = nx * ny * nz;
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-    const auto at = [&](int i, int j, int k) { return i + nx * (j + ny * k); };
+    const auto at = [&](int i, int j, int k) {
+      return i + nx * (j + ny * k);
+    };
     self.resize(n);
     std::iota(self.begin(), self.end(), 0);
     nb.resize(n);
@@ -58,8 +60,8 @@ struct Block {
 
   OrthogonalLattice lattice() const
   {
-    using Ints = const int (*)[6];
-    using Doubles = const double (*)[6];
+    using Ints = const int(*)[6];
+    using Doubles = const double(*)[6];
     return {static_cast<int>(self.size()),
             self.data(),
             reinterpret_cast<Ints>(nb.data()),
@@ -102,8 +104,7 @@ void general(benchmark::State &state)
   for (auto _ : state)
     for (int i = 0; i < n; ++i) {
       for (int s = 0; s < 6; ++s)
-        for (int c = 0; c < 3; ++c)
-          y[s][c] = block.x[3 * block.nb[i][s] + c] - block.x[3 * i + c];
+        for (int c = 0; c < 3; ++c) y[s][c] = block.x[3 * block.nb[i][s] + c] - block.x[3 * i + c];
       benchmark::DoNotOptimize(corner_strain_general(cell, y, block.present[i], glass, f));
       for (int s = 0; s < 6; ++s)
         for (int c = 0; c < 3; ++c) block.force[i][3 * s + c] = f[s][c];

@@ -7,12 +7,12 @@ namespace defe {
 
 namespace {
 
-/// s/k_n of an elastic stretch: convex in it, so the largest value along a straight increment is
-/// at one of its ends.
-double stretch(double e_n, double e_s, const JointStiffness &k, const CohesiveParameters &p)
-{
-  return equivalent_traction(k.k_n * e_n, k.k_s * e_s, p) / k.k_n;
-}
+  /// s/k_n of an elastic stretch: convex in it, so the largest value along a straight increment is
+  /// at one of its ends.
+  double stretch(double e_n, double e_s, const JointStiffness &k, const CohesiveParameters &p)
+  {
+    return equivalent_traction(k.k_n * e_n, k.k_s * e_s, p) / k.k_n;
+  }
 
 }    // namespace
 
@@ -61,13 +61,14 @@ CohesiveResult cohesive_update(CohesiveState &state, double de_n, const Vec3 &de
   state.e_s += de_s;
   const double now = stretch(state.e_n, state.e_s.norm(), k, p);
 
+  const double before = stretch(old_e_n, old_e_s.norm(), k, p);
+
   double dissipated = 0.0;
-  if (now > state.kappa) {
+  const double kappa = std::min(now, kappa0 + delta_c);
+  if (kappa > state.kappa && now > before) {
     // w = (1 + kappa0/delta_c)(1 - kappa0/kappa), so Y dw with Y = (k_n <e_n>^2 + k_s |e_s|^2)/2
     // is (Y/kappa^2) (1 + kappa0/delta_c) kappa0 dkappa, and Y/kappa^2 depends on the direction of
     // the stretch only: trapezoidal rule over the part of the increment that does damage.
-    const double kappa = std::min(now, kappa0 + delta_c);
-    const double before = stretch(old_e_n, old_e_s.norm(), k, p);
     const auto direction = [&](double at) {
       const double f = std::clamp((at - before) / (now - before), 0.0, 1.0);
       const double e_n = std::max(old_e_n + f * de_n, 0.0);
@@ -75,11 +76,9 @@ CohesiveResult cohesive_update(CohesiveState &state, double de_n, const Vec3 &de
       const double size = stretch(e_n, e_s.norm(), k, p);
       return 0.5 * (k.k_n * e_n * e_n + k.k_s * e_s.squaredNorm()) / (size * size);
     };
-    if (kappa > state.kappa) {
-      const double mean = 0.5 * (direction(state.kappa) + direction(kappa));
-      dissipated = mean * (1.0 + kappa0 / delta_c) * kappa0 * (kappa - state.kappa);
-      state.kappa = kappa;
-    }
+    const double mean = 0.5 * (direction(state.kappa) + direction(kappa));
+    dissipated = mean * (1.0 + kappa0 / delta_c) * kappa0 * (kappa - state.kappa);
+    state.kappa = kappa;
   }
 
   CohesiveResult r;

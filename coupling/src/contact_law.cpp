@@ -11,15 +11,15 @@ namespace defe {
 
 namespace {
 
-/// Restitution of the spring and dashpot that cannot pull. The contact ends when the force is zero,
-/// at w t = phi = atan2(2 b w, b^2 - w^2) = 2 acos(zeta), with e = exp(-(b/w) phi).
-double restitution_of(double zeta)
-{
-  const double w2 = 1.0 - zeta * zeta;
-  if (std::abs(w2) < 1e-12) return std::exp(-2.0);
-  if (w2 > 0.0) return std::exp(-2.0 * zeta * std::acos(zeta) / std::sqrt(w2));
-  return std::exp(-2.0 * zeta * std::acosh(zeta) / std::sqrt(-w2));
-}
+  /// Restitution of the spring and dashpot that cannot pull. The contact ends when the force is zero,
+  /// at w t = phi = atan2(2 b w, b^2 - w^2) = 2 acos(zeta), with e = exp(-(b/w) phi).
+  double restitution_of(double zeta)
+  {
+    const double w2 = 1.0 - zeta * zeta;
+    if (std::abs(w2) < 1e-12) return std::exp(-2.0);
+    if (w2 > 0.0) return std::exp(-2.0 * zeta * std::acos(zeta) / std::sqrt(w2));
+    return std::exp(-2.0 * zeta * std::acosh(zeta) / std::sqrt(-w2));
+  }
 
 }    // namespace
 
@@ -75,8 +75,7 @@ ContactResult sphere_contact(const Vec3 &xi_minus_xj, const Vec3 &v_rel, const V
   const double zeta = p.damping_ratio >= 0.0 ? p.damping_ratio : damping_ratio(p.restitution);
   const double v_n = n.dot(v_rel);
   const double spring = p.kn * r.overlap;
-  const double F_n =
-      std::max(0.0, spring - 2.0 * zeta * std::sqrt(p.kn * reduced_mass) * v_n);
+  const double F_n = std::max(0.0, spring - 2.0 * zeta * std::sqrt(p.kn * reduced_mass) * v_n);
   r.damped = (spring - F_n) * v_n * dt;
   r.stored = 0.5 * spring * r.overlap;
   r.force = F_n * n;
@@ -98,8 +97,7 @@ ContactResult sphere_contact(const Vec3 &xi_minus_xj, const Vec3 &v_rel, const V
     r.slipping = true;
     shear_history *= limit / trial_force;
     // the mean force of the step times the way that the contact point slipped
-    r.rubbed =
-        std::max(0.0, 0.5 * p.kt * (old + shear_history).dot(trial - shear_history));
+    r.rubbed = std::max(0.0, 0.5 * p.kt * (old + shear_history).dot(trial - shear_history));
   }
   const Vec3 F_t = -p.kt * shear_history;
   r.stored += 0.5 * p.kt * shear_history.squaredNorm();

@@ -10,10 +10,10 @@ namespace defe {
 
 namespace {
 
-Vec3 corner_of(int node)
-{
-  return Vec3(fe::hex_sign[node][0], fe::hex_sign[node][1], fe::hex_sign[node][2]);
-}
+  Vec3 corner_of(int node)
+  {
+    return Vec3(fe::hex_sign[node][0], fe::hex_sign[node][1], fe::hex_sign[node][2]);
+  }
 
 }    // namespace
 

@@ -36,7 +36,9 @@ struct CornerMetric {
       const int s = corner_slot(corner, a);
       if (present >> s & 1u) slot[joints++] = s;
     }
-    const auto G = [&](int a, int b) { return cell.dX[slot[a]].dot(cell.dX[slot[b]]); };
+    const auto G = [&](int a, int b) {
+      return cell.dX[slot[a]].dot(cell.dX[slot[b]]);
+    };
     if (joints == 3) {
       Mat3 metric;
       metric << G(0, 0), G(0, 1), G(0, 2), G(0, 1), G(1, 1), G(1, 2), G(0, 2), G(1, 2), G(2, 2);

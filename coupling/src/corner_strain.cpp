@@ -9,72 +9,127 @@ namespace defe {
 
 namespace {
 
-/// lambda_e by number of joints at a corner.
-struct Laws {
-  double lambda[4];
-  double mu;
+  /// lambda_e by number of joints at a corner.
+  struct Laws {
+    double lambda[4];
+    double mu;
 
-  explicit Laws(const CornerModuli &m) : mu(m.mu)
-  {
-    for (int k = 0; k < 4; ++k) lambda[k] = reduced_lambda(m, k);
-  }
-};
+    explicit Laws(const CornerModuli &m) : mu(m.mu)
+    {
+      for (int k = 0; k < 4; ++k) lambda[k] = reduced_lambda(m, k);
+    }
+  };
 
 }    // namespace
 
 double reduced_lambda(const CornerModuli &m, int joints)
 {
   switch (joints) {
-    case 3: return m.lambda;
-    case 2: return 2.0 * m.lambda * m.mu / (m.lambda + 2.0 * m.mu);
-    case 1: return m.mu * (3.0 * m.lambda + 2.0 * m.mu) / (m.lambda + m.mu) - 2.0 * m.mu;
-    default: return 0.0;
+    case 3:
+      return m.lambda;
+    case 2:
+      return 2.0 * m.lambda * m.mu / (m.lambda + 2.0 * m.mu);
+    case 1:
+      return m.mu * (3.0 * m.lambda + 2.0 * m.mu) / (m.lambda + m.mu) - 2.0 * m.mu;
+    default:
+      return 0.0;
   }
 }
 
 // --- any hexahedron ---------------------------------------------------------
 
+// The eight corners side by side. Rows and columns of absent joints: unit metric, no strain, and
+// zero in the inverse; the inverse of the rest is then that of the metric of the plane or line of
+// the joints that are left (see CornerMetric).
 double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned present,
                              const CornerModuli &moduli, Vec3 half_force[6])
 {
-  for (int s = 0; s < 6; ++s) half_force[s].setZero();
-
   const Laws laws(moduli);
-  double energy = 0.0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const CornerMetric m(cell, present, corner);
-    const int n = m.joints;
-    if (n == 0) continue;
+  const double mu = moduli.mu;
 
-    // Covariant Green strain E_ab = (y_a.y_b - M_a.M_b)/2, written with the displacement so that
-    // nothing cancels when it is small.
-    double E[3][3];
-    for (int a = 0; a < n; ++a)
-      for (int b = 0; b <= a; ++b) {
-        const Vec3 &ya = y[m.slot[a]], &yb = y[m.slot[b]];
-        const Vec3 &Ma = cell.dX[m.slot[a]], &Mb = cell.dX[m.slot[b]];
-        E[a][b] = E[b][a] = 0.25 * ((ya - Ma).dot(yb + Mb) + (yb - Mb).dot(ya + Ma));
-      }
-
-    // S^ab = lambda_e G^ab tr E + 2 mu G^ac E_cd G^db
-    double mixed[3][3], trace = 0.0;
-    for (int a = 0; a < n; ++a) {
-      for (int b = 0; b < n; ++b) {
-        mixed[a][b] = 0.0;
-        for (int c = 0; c < n; ++c) mixed[a][b] += m.inverse(a, c) * E[c][b];
-      }
-      trace += mixed[a][a];
-    }
-    const double w = corner_volume(cell, corner);
-    for (int a = 0; a < n; ++a)
-      for (int b = 0; b < n; ++b) {
-        double S = laws.lambda[n] * trace * m.inverse(a, b);
-        for (int c = 0; c < n; ++c) S += 2.0 * laws.mu * mixed[a][c] * m.inverse(c, b);
-        half_force[m.slot[a]] += w * S * y[m.slot[b]];
-        energy += 0.5 * w * S * E[a][b];
-      }
+  // Covariant metric and Green strain E_ab = (y_a.y_b - M_a.M_b)/2 of all pairs of slots that meet at
+  // a corner, the strain by displacements so that nothing cancels when it is small.
+  Vec3 current[6];
+  double there[6], metric[6][6], strain[6][6];
+  for (int s = 0; s < 6; ++s) {
+    there[s] = present >> s & 1u;
+    current[s] = there[s] ? y[s] : Vec3(Vec3::Zero());
   }
-  return energy;
+  for (int s = 0; s < 6; ++s)
+    for (int t = s; t < 6; ++t) {
+      if (t == (s ^ 1)) continue;
+      const bool both = there[s] && there[t];
+      const Vec3 &Ms = cell.dX[s], &Mt = cell.dX[t];
+      const Vec3 us = current[s] - Ms, ut = current[t] - Mt;
+      metric[s][t] = both ? Ms.dot(Mt) : (s == t ? 1.0 : 0.0);
+      strain[s][t] = both ? 0.25 * (us.dot(current[t] + Mt) + ut.dot(current[s] + Ms)) : 0.0;
+    }
+
+  // order xx yy zz xy xz yz; index: corner
+  constexpr int C = 8;
+  constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+  double G[6][C], E[6][C], S[6][C], m[3][C], lambda[C], w[C], energy[C];
+  for (int corner = 0; corner < C; ++corner) {
+    for (int j = 0; j < 6; ++j) {
+      const int s = corner_slot(corner, row[j]), t = corner_slot(corner, column[j]);
+      G[j][corner] = metric[s][t];
+      E[j][corner] = strain[s][t];
+    }
+    int joints = 0;
+    for (int a = 0; a < 3; ++a) {
+      m[a][corner] = there[corner_slot(corner, a)];
+      joints += m[a][corner] != 0.0;
+    }
+    lambda[corner] = laws.lambda[joints];
+    w[corner] = corner_volume(cell, corner);
+  }
+
+  for (int c = 0; c < C; ++c) {
+    const double xx = G[0][c], yy = G[1][c], zz = G[2][c], xy = G[3][c], xz = G[4][c], yz = G[5][c];
+    const double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
+    const double f = 1.0 / (xx * cxx + xy * cxy + xz * cxz);
+    const double gxx = m[0][c] * f * cxx, gyy = m[1][c] * f * (xx * zz - xz * xz);
+    const double gzz = m[2][c] * f * (xx * yy - xy * xy);
+    const double gxy = f * cxy, gxz = f * cxz, gyz = f * (xy * xz - xx * yz);
+
+    // mixed components G^ac E_cb, then S^ab = lambda_e G^ab tr E + 2 mu G^ac E_cd G^db
+    const double exx = E[0][c], eyy = E[1][c], ezz = E[2][c], exy = E[3][c], exz = E[4][c];
+    const double eyz = E[5][c];
+    const double axx = gxx * exx + gxy * exy + gxz * exz;
+    const double axy = gxx * exy + gxy * eyy + gxz * eyz;
+    const double axz = gxx * exz + gxy * eyz + gxz * ezz;
+    const double ayx = gxy * exx + gyy * exy + gyz * exz;
+    const double ayy = gxy * exy + gyy * eyy + gyz * eyz;
+    const double ayz = gxy * exz + gyy * eyz + gyz * ezz;
+    const double azx = gxz * exx + gyz * exy + gzz * exz;
+    const double azy = gxz * exy + gyz * eyy + gzz * eyz;
+    const double azz = gxz * exz + gyz * eyz + gzz * ezz;
+    const double trace = axx + ayy + azz;
+    const double p = w[c] * lambda[c] * trace, q = 2.0 * mu * w[c];
+    S[0][c] = p * gxx + q * (axx * gxx + axy * gxy + axz * gxz);
+    S[1][c] = p * gyy + q * (ayx * gxy + ayy * gyy + ayz * gyz);
+    S[2][c] = p * gzz + q * (azx * gxz + azy * gyz + azz * gzz);
+    S[3][c] = p * gxy + q * (axx * gxy + axy * gyy + axz * gyz);
+    S[4][c] = p * gxz + q * (axx * gxz + axy * gyz + axz * gzz);
+    S[5][c] = p * gyz + q * (ayx * gxz + ayy * gyz + ayz * gzz);
+    energy[c] = 0.5 * p * trace +
+        0.5 * q * (axx * axx + ayy * ayy + azz * azz + 2.0 * (axy * ayx + axz * azx + ayz * azy));
+  }
+
+  // f_a = w sum_b S^ab y_b, summed over the corners
+  double sum[6][6] = {};
+  for (int corner = 0; corner < C; ++corner)
+    for (int j = 0; j < 6; ++j)
+      sum[corner_slot(corner, row[j])][corner_slot(corner, column[j])] += S[j][corner];
+  for (int s = 0; s < 6; ++s) half_force[s] = sum[s][s] * current[s];
+  for (int s = 0; s < 6; ++s)
+    for (int t = 2 * (s / 2) + 2; t < 6; ++t) {
+      half_force[s] += sum[s][t] * current[t];
+      half_force[t] += sum[s][t] * current[s];
+    }
+  double total = 0.0;
+  for (double e : energy) total += e;
+  return total;
 }
 
 void corner_areas(const GeneralCell &cell, unsigned present, Vec3 half_area[6])
@@ -106,134 +161,135 @@ bool is_orthogonal(const GeneralCell &cell, double tol)
 
 namespace {
 
-constexpr int W = 8;    // DEs side by side: one AVX-512 register, two AVX2
+  constexpr int W = 8;    // DEs side by side: one AVX-512 register, two AVX2
 
-/// One chunk of W DEs. Index order: what, component, lane.
-struct Chunk {
-  double p[6][3][W];    // F_a = s_a y_a / l_a, 0 where absent
-  double h[6][W];       // thickness
-  double c[6][W];       // h / l
-  double m[6][W];       // 1 present, 0 absent
-  double lambda[4][W], mu[W];
-  double f[6][3][W];
-  double energy[W];
-};
+  /// One chunk of W DEs. Index order: what, component, lane.
+  struct Chunk {
+    double p[6][3][W];    // F_a = s_a y_a / l_a, 0 where absent
+    double h[6][W];       // thickness
+    double c[6][W];       // h / l
+    double m[6][W];       // 1 present, 0 absent
+    double lambda[4][W], mu[W];
+    double f[6][3][W];
+    double energy[W];
+  };
 
-/// Sums over the eight corners in closed form. With the weight w = h_a h_b h_c of a corner and
-/// H_a = h_a- + h_a+, the shear terms of slot s on axis a need only the tensors
-///   B_b = sum over the two slots t of axis b of h_t p_t p_t^T,
-/// since sum_t h_t (p_s.p_t) p_t = B_b p_s:
-///   f_s = h_s/l_s [ N_s + mu (H_c B_b + H_b B_c) ] p_s.
-/// N_s holds the normal strains E_s = (p_s.p_s - 1)/2. Only its lambda part asks how many joints a
-/// corner has; if all are there, it separates as well.
-template <bool FULL> void corner_forces(Chunk &k)
-{
-  double E[6][W], H[3][W], mE[3][W], lam[6][W];
-  double B[3][6][W];    // xx yy zz xy xz yz
+  /// Sums over the eight corners in closed form. With the weight w = h_a h_b h_c of a corner and
+  /// H_a = h_a- + h_a+, the shear terms of slot s on axis a need only the tensors
+  ///   B_b = sum over the two slots t of axis b of h_t p_t p_t^T,
+  /// since sum_t h_t (p_s.p_t) p_t = B_b p_s:
+  ///   f_s = h_s/l_s [ N_s + mu (H_c B_b + H_b B_c) ] p_s.
+  /// N_s holds the normal strains E_s = (p_s.p_s - 1)/2. Only its lambda part asks how many joints a
+  /// corner has; if all are there, it separates as well.
+  template <bool FULL> void corner_forces(Chunk &k)
+  {
+    double E[6][W], H[3][W], mE[3][W], lam[6][W];
+    double B[3][6][W];    // xx yy zz xy xz yz
 
-  for (int s = 0; s < 6; ++s)
-    for (int l = 0; l < W; ++l) {
-      const double x = k.p[s][0][l], y = k.p[s][1][l], z = k.p[s][2][l];
-      const double e = 0.5 * (x * x + y * y + z * z - 1.0);
-      E[s][l] = FULL ? e : k.m[s][l] * e;
+    for (int s = 0; s < 6; ++s)
+      for (int l = 0; l < W; ++l) {
+        const double x = k.p[s][0][l], y = k.p[s][1][l], z = k.p[s][2][l];
+        const double e = 0.5 * (x * x + y * y + z * z - 1.0);
+        E[s][l] = FULL ? e : k.m[s][l] * e;
+      }
+
+    for (int a = 0; a < 3; ++a) {
+      const auto &p = k.p[2 * a];
+      const auto &q = k.p[2 * a + 1];
+      for (int l = 0; l < W; ++l) {
+        const double g = k.h[2 * a][l], h = k.h[2 * a + 1][l];
+        const double px = p[0][l], py = p[1][l], pz = p[2][l];
+        const double qx = q[0][l], qy = q[1][l], qz = q[2][l];
+        const double gx = g * px, gy = g * py, hx = h * qx, hy = h * qy;
+        H[a][l] = g + h;
+        mE[a][l] = g * E[2 * a][l] + h * E[2 * a + 1][l];
+        B[a][0][l] = gx * px + hx * qx;
+        B[a][1][l] = gy * py + hy * qy;
+        B[a][2][l] = g * pz * pz + h * qz * qz;
+        B[a][3][l] = gx * py + hx * qy;
+        B[a][4][l] = gx * pz + hx * qz;
+        B[a][5][l] = gy * pz + hy * qz;
+      }
     }
 
-  for (int a = 0; a < 3; ++a) {
-    const auto &p = k.p[2 * a];
-    const auto &q = k.p[2 * a + 1];
-    for (int l = 0; l < W; ++l) {
-      const double g = k.h[2 * a][l], h = k.h[2 * a + 1][l];
-      const double px = p[0][l], py = p[1][l], pz = p[2][l];
-      const double qx = q[0][l], qy = q[1][l], qz = q[2][l];
-      const double gx = g * px, gy = g * py, hx = h * qx, hy = h * qy;
-      H[a][l] = g + h;
-      mE[a][l] = g * E[2 * a][l] + h * E[2 * a + 1][l];
-      B[a][0][l] = gx * px + hx * qx;
-      B[a][1][l] = gy * py + hy * qy;
-      B[a][2][l] = g * pz * pz + h * qz * qz;
-      B[a][3][l] = gx * py + hx * qy;
-      B[a][4][l] = gx * pz + hx * qz;
-      B[a][5][l] = gy * pz + hy * qz;
+    // lam[s]: sum over the four corners of slot s of w lambda_e tr E, over h_s
+    double lambda_energy[W];
+    if (FULL) {
+      for (int a = 0; a < 3; ++a) {
+        const int b = (a + 1) % 3, c = (a + 2) % 3;
+        for (int l = 0; l < W; ++l) {
+          const double area = H[b][l] * H[c][l];
+          const double others = H[c][l] * mE[b][l] + H[b][l] * mE[c][l];
+          lam[2 * a][l] = k.lambda[3][l] * (area * E[2 * a][l] + others);
+          lam[2 * a + 1][l] = k.lambda[3][l] * (area * E[2 * a + 1][l] + others);
+        }
+      }
+    } else {
+      for (int s = 0; s < 6; ++s)
+        for (int l = 0; l < W; ++l) lam[s][l] = 0.0;
     }
-  }
+    for (int l = 0; l < W; ++l) lambda_energy[l] = 0.0;
+    if (FULL) {
+      // energy is quadratic in E: half of E times its derivative
+      for (int s = 0; s < 6; ++s)
+        for (int l = 0; l < W; ++l) lambda_energy[l] += 0.5 * k.h[s][l] * lam[s][l] * E[s][l];
+    } else {
+      for (int corner = 0; corner < 8; ++corner) {
+        const int r = corner_slot(corner, 0), s = corner_slot(corner, 1),
+                  t = corner_slot(corner, 2);
+        for (int l = 0; l < W; ++l) {
+          const double joints = k.m[r][l] + k.m[s][l] + k.m[t][l];
+          const double two = joints > 1.5 ? k.lambda[2][l] : k.lambda[1][l];
+          const double lambda = joints > 2.5 ? k.lambda[3][l] : two;
+          const double hr = k.h[r][l], hs = k.h[s][l], ht = k.h[t][l];
+          const double trace = E[r][l] + E[s][l] + E[t][l];
+          const double S = lambda * trace;
+          lam[r][l] += hs * ht * S;
+          lam[s][l] += hr * ht * S;
+          lam[t][l] += hr * hs * S;
+          lambda_energy[l] += 0.5 * hr * hs * ht * S * trace;
+        }
+      }
+    }
 
-  // lam[s]: sum over the four corners of slot s of w lambda_e tr E, over h_s
-  double lambda_energy[W];
-  if (FULL) {
     for (int a = 0; a < 3; ++a) {
       const int b = (a + 1) % 3, c = (a + 2) % 3;
       for (int l = 0; l < W; ++l) {
-        const double area = H[b][l] * H[c][l];
-        const double others = H[c][l] * mE[b][l] + H[b][l] * mE[c][l];
-        lam[2 * a][l] = k.lambda[3][l] * (area * E[2 * a][l] + others);
-        lam[2 * a + 1][l] = k.lambda[3][l] * (area * E[2 * a + 1][l] + others);
+        const double mu = k.mu[l];
+        const double ub = mu * H[c][l], uc = mu * H[b][l];
+        const double twice = 2.0 * mu * H[b][l] * H[c][l];
+        const double xx = ub * B[b][0][l] + uc * B[c][0][l];
+        const double yy = ub * B[b][1][l] + uc * B[c][1][l];
+        const double zz = ub * B[b][2][l] + uc * B[c][2][l];
+        const double xy = ub * B[b][3][l] + uc * B[c][3][l];
+        const double xz = ub * B[b][4][l] + uc * B[c][4][l];
+        const double yz = ub * B[b][5][l] + uc * B[c][5][l];
+        for (int side = 0; side < 2; ++side) {
+          const int s = 2 * a + side;
+          const double x = k.p[s][0][l], y = k.p[s][1][l], z = k.p[s][2][l];
+          const double N = lam[s][l] + twice * E[s][l];
+          const double ratio = side ? k.c[s][l] : -k.c[s][l];    // s_a h_a / l_a
+          k.f[s][0][l] = ratio * ((N + xx) * x + xy * y + xz * z);
+          k.f[s][1][l] = ratio * (xy * x + (N + yy) * y + yz * z);
+          k.f[s][2][l] = ratio * (xz * x + yz * y + (N + zz) * z);
+        }
       }
     }
-  } else {
-    for (int s = 0; s < 6; ++s)
-      for (int l = 0; l < W; ++l) lam[s][l] = 0.0;
-  }
-  for (int l = 0; l < W; ++l) lambda_energy[l] = 0.0;
-  if (FULL) {
-    // energy is quadratic in E: half of E times its derivative
-    for (int s = 0; s < 6; ++s)
-      for (int l = 0; l < W; ++l) lambda_energy[l] += 0.5 * k.h[s][l] * lam[s][l] * E[s][l];
-  } else {
-    for (int corner = 0; corner < 8; ++corner) {
-      const int r = corner_slot(corner, 0), s = corner_slot(corner, 1), t = corner_slot(corner, 2);
+
+    for (int l = 0; l < W; ++l) k.energy[l] = lambda_energy[l];
+    for (int a = 0; a < 3; ++a) {
+      const int b = (a + 1) % 3, c = (a + 2) % 3;
+      const auto &P = B[b];
+      const auto &Q = B[c];
       for (int l = 0; l < W; ++l) {
-        const double joints = k.m[r][l] + k.m[s][l] + k.m[t][l];
-        const double two = joints > 1.5 ? k.lambda[2][l] : k.lambda[1][l];
-        const double lambda = joints > 2.5 ? k.lambda[3][l] : two;
-        const double hr = k.h[r][l], hs = k.h[s][l], ht = k.h[t][l];
-        const double trace = E[r][l] + E[s][l] + E[t][l];
-        const double S = lambda * trace;
-        lam[r][l] += hs * ht * S;
-        lam[s][l] += hr * ht * S;
-        lam[t][l] += hr * hs * S;
-        lambda_energy[l] += 0.5 * hr * hs * ht * S * trace;
+        const double e0 = E[2 * a][l], e1 = E[2 * a + 1][l];
+        const double normal = k.h[2 * a][l] * e0 * e0 + k.h[2 * a + 1][l] * e1 * e1;
+        const double shear = P[0][l] * Q[0][l] + P[1][l] * Q[1][l] + P[2][l] * Q[2][l] +
+            2.0 * (P[3][l] * Q[3][l] + P[4][l] * Q[4][l] + P[5][l] * Q[5][l]);
+        k.energy[l] += k.mu[l] * (H[b][l] * H[c][l] * normal + 0.5 * H[a][l] * shear);
       }
     }
   }
-
-  for (int a = 0; a < 3; ++a) {
-    const int b = (a + 1) % 3, c = (a + 2) % 3;
-    for (int l = 0; l < W; ++l) {
-      const double mu = k.mu[l];
-      const double ub = mu * H[c][l], uc = mu * H[b][l];
-      const double twice = 2.0 * mu * H[b][l] * H[c][l];
-      const double xx = ub * B[b][0][l] + uc * B[c][0][l];
-      const double yy = ub * B[b][1][l] + uc * B[c][1][l];
-      const double zz = ub * B[b][2][l] + uc * B[c][2][l];
-      const double xy = ub * B[b][3][l] + uc * B[c][3][l];
-      const double xz = ub * B[b][4][l] + uc * B[c][4][l];
-      const double yz = ub * B[b][5][l] + uc * B[c][5][l];
-      for (int side = 0; side < 2; ++side) {
-        const int s = 2 * a + side;
-        const double x = k.p[s][0][l], y = k.p[s][1][l], z = k.p[s][2][l];
-        const double N = lam[s][l] + twice * E[s][l];
-        const double ratio = side ? k.c[s][l] : -k.c[s][l];    // s_a h_a / l_a
-        k.f[s][0][l] = ratio * ((N + xx) * x + xy * y + xz * z);
-        k.f[s][1][l] = ratio * (xy * x + (N + yy) * y + yz * z);
-        k.f[s][2][l] = ratio * (xz * x + yz * y + (N + zz) * z);
-      }
-    }
-  }
-
-  for (int l = 0; l < W; ++l) k.energy[l] = lambda_energy[l];
-  for (int a = 0; a < 3; ++a) {
-    const int b = (a + 1) % 3, c = (a + 2) % 3;
-    const auto &P = B[b];
-    const auto &Q = B[c];
-    for (int l = 0; l < W; ++l) {
-      const double e0 = E[2 * a][l], e1 = E[2 * a + 1][l];
-      const double normal = k.h[2 * a][l] * e0 * e0 + k.h[2 * a + 1][l] * e1 * e1;
-      const double shear = P[0][l] * Q[0][l] + P[1][l] * Q[1][l] + P[2][l] * Q[2][l] +
-          2.0 * (P[3][l] * Q[3][l] + P[4][l] * Q[4][l] + P[5][l] * Q[5][l]);
-      k.energy[l] += k.mu[l] * (H[b][l] * H[c][l] * normal + 0.5 * H[a][l] * shear);
-    }
-  }
-}
 
 }    // namespace
 

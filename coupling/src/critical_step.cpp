@@ -34,54 +34,54 @@ namespace defe {
 
 namespace {
 
-using Matrix21 = Eigen::Matrix<double, 21, 21>;
+  using Matrix21 = Eigen::Matrix<double, 21, 21>;
 
-/// Upper bound of the largest eigenvalue of a symmetric positive semidefinite matrix, within
-/// 0.3 %: the 1024th root of the norm of its 1024th power. (Unlike an iteration for the
-/// eigenvector it cannot end up below.)
-double largest_eigenvalue(Matrix21 A)
-{
-  double log_bound = 0.0, weight = 1.0;
-  for (int k = 0; k < 10; ++k, weight *= 0.5) {
-    const double norm = A.norm();
-    if (!(norm > 0.0)) return 0.0;
-    log_bound += weight * std::log(norm);
-    A /= norm;
-    A = A.lazyProduct(A).eval();
-  }
-  return std::exp(log_bound + weight * std::log(A.norm()));
-}
-
-/// K_i in the displacements of the six joint ends (rows 3 s) and of the DE (rows 18..20).
-Matrix21 stiffness(const GeneralCell &cell, unsigned present, const CornerModuli &moduli)
-{
-  Matrix21 K = Matrix21::Zero();
-  for (int corner = 0; corner < 8; ++corner) {
-    const CornerMetric m(cell, present, corner);
-    const double w = corner_volume(cell, corner);
-    const double lambda_e = reduced_lambda(moduli, m.joints);
-    Vec3 g[3];    // dual to the joints, within their span
-    Mat3 P = Mat3::Zero();
-    for (int a = 0; a < m.joints; ++a) {
-      g[a].setZero();
-      for (int b = 0; b < m.joints; ++b) g[a] += m.inverse(a, b) * cell.dX[m.slot[b]];
-      P += cell.dX[m.slot[a]] * g[a].transpose();
+  /// Upper bound of the largest eigenvalue of a symmetric positive semidefinite matrix, within
+  /// 0.3 %: the 1024th root of the norm of its 1024th power. (Unlike an iteration for the
+  /// eigenvector it cannot end up below.)
+  double largest_eigenvalue(Matrix21 A)
+  {
+    double log_bound = 0.0, weight = 1.0;
+    for (int k = 0; k < 10; ++k, weight *= 0.5) {
+      const double norm = A.norm();
+      if (!(norm > 0.0)) return 0.0;
+      log_bound += weight * std::log(norm);
+      A /= norm;
+      A = A.lazyProduct(A).eval();
     }
-    // second derivative of w (lambda_e/2 tr^2 + mu E:E), E = sym of P grad u P, P onto the span
-    for (int a = 0; a < m.joints; ++a)
-      for (int b = 0; b < m.joints; ++b) {
-        const Mat3 k = w *
-            (lambda_e * g[a] * g[b].transpose() +
-             moduli.mu * (g[b] * g[a].transpose() + g[a].dot(g[b]) * P));
-        const int r = 3 * m.slot[a], c = 3 * m.slot[b];
-        K.block<3, 3>(r, c) += k;
-        K.block<3, 3>(r, 18) -= k;
-        K.block<3, 3>(18, c) -= k;
-        K.block<3, 3>(18, 18) += k;
-      }
+    return std::exp(log_bound + weight * std::log(A.norm()));
   }
-  return K;
-}
+
+  /// K_i in the displacements of the six joint ends (rows 3 s) and of the DE (rows 18..20).
+  Matrix21 stiffness(const GeneralCell &cell, unsigned present, const CornerModuli &moduli)
+  {
+    Matrix21 K = Matrix21::Zero();
+    for (int corner = 0; corner < 8; ++corner) {
+      const CornerMetric m(cell, present, corner);
+      const double w = corner_volume(cell, corner);
+      const double lambda_e = reduced_lambda(moduli, m.joints);
+      Vec3 g[3];    // dual to the joints, within their span
+      Mat3 P = Mat3::Zero();
+      for (int a = 0; a < m.joints; ++a) {
+        g[a].setZero();
+        for (int b = 0; b < m.joints; ++b) g[a] += m.inverse(a, b) * cell.dX[m.slot[b]];
+        P += cell.dX[m.slot[a]] * g[a].transpose();
+      }
+      // second derivative of w (lambda_e/2 tr^2 + mu E:E), E = sym of P grad u P, P onto the span
+      for (int a = 0; a < m.joints; ++a)
+        for (int b = 0; b < m.joints; ++b) {
+          const Mat3 k = w *
+              (lambda_e * g[a] * g[b].transpose() +
+               moduli.mu * (g[b] * g[a].transpose() + g[a].dot(g[b]) * P));
+          const int r = 3 * m.slot[a], c = 3 * m.slot[b];
+          K.block<3, 3>(r, c) += k;
+          K.block<3, 3>(r, 18) -= k;
+          K.block<3, 3>(18, c) -= k;
+          K.block<3, 3>(18, 18) += k;
+        }
+    }
+    return K;
+  }
 
 }    // namespace
 
@@ -105,8 +105,8 @@ double lattice_critical_step(const GeneralCell &cell, unsigned present, const Co
     if (!(present >> s & 1u)) continue;
     const bool tie = cell.tie >> s & 1u;
     const Vec3 n = cell.dX[s].normalized();
-    const Mat3 B = (mu * Mat3::Identity() + (lambda + mu) * n * n.transpose()) /
-        (4.0 * (lambda + 4.0 * mu));
+    const Mat3 B =
+        (mu * Mat3::Identity() + (lambda + mu) * n * n.transpose()) / (4.0 * (lambda + 4.0 * mu));
     if (!tie) own -= B;
     const Mat3 share = (tie ? 3.0 : 1.0) * (neighbor_mass ? neighbor_mass[s] : mass) * B;
     factor[s] = Mat3(share.llt().matrixL()).inverse();

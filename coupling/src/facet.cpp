@@ -9,67 +9,66 @@ namespace defe {
 
 namespace {
 
-/// x(xi, eta) = c[0] + xi c[1] + eta c[2] + xi eta c[3]
-struct Bilinear {
-  Vec3 c[4];
+  /// x(xi, eta) = c[0] + xi c[1] + eta c[2] + xi eta c[3]
+  struct Bilinear {
+    Vec3 c[4];
 
-  explicit Bilinear(const Vec3 x[4])
-  {
-    c[0] = 0.25 * (x[0] + x[1] + x[2] + x[3]);
-    c[1] = 0.25 * (-x[0] + x[1] + x[2] - x[3]);
-    c[2] = 0.25 * (-x[0] - x[1] + x[2] + x[3]);
-    c[3] = 0.25 * (x[0] - x[1] + x[2] - x[3]);
-  }
-  Vec3 point(double xi, double eta) const { return c[0] + xi * c[1] + eta * (c[2] + xi * c[3]); }
-  Vec3 along_xi(double eta) const { return c[1] + eta * c[3]; }
-  Vec3 along_eta(double xi) const { return c[2] + xi * c[3]; }
-};
-
-/// Least distance inside the square. Newton's method on f = |p - x|^2/2, with Gauss and Newton's
-/// matrix where the true one is not positive, steps cut at the border and halved until f falls.
-/// Returns false if the search ends on the border (the edges then have the answer).
-bool closest_inside(const Vec3 &p, const Bilinear &facet, double &xi, double &eta)
-{
-  xi = eta = 0.0;
-  Vec3 r = p - facet.c[0];
-  for (int iteration = 0; iteration < 50; ++iteration) {
-    const Vec3 a = facet.along_xi(eta), b = facet.along_eta(xi);
-    double descent_xi = r.dot(a), descent_eta = r.dot(b);
-    const double aa = a.squaredNorm(), bb = b.squaredNorm();
-    double ab = a.dot(b) - r.dot(facet.c[3]);
-    if (ab * ab >= 0.99 * aa * bb) ab = a.dot(b);
-
-    // on the border and pushed outward: slide along it
-    const bool stop_xi = std::abs(xi) == 1.0 && xi * descent_xi >= 0.0;
-    const bool stop_eta = std::abs(eta) == 1.0 && eta * descent_eta >= 0.0;
-    if (stop_xi) descent_xi = ab = 0.0;
-    if (stop_eta) descent_eta = ab = 0.0;
-    const double det = aa * bb - ab * ab;
-    if (!(det > 1e-20 * aa * bb)) return false;    // no area
-    const double dxi = (bb * descent_xi - ab * descent_eta) / det;
-    const double deta = (aa * descent_eta - ab * descent_xi) / det;
-
-    const double f = r.squaredNorm();
-    double new_xi = xi, new_eta = eta, step = 1.0;
-    Vec3 new_r;
-    for (int halving = 0; halving < 20; ++halving, step *= 0.5) {
-      new_xi = std::clamp(xi + step * dxi, -1.0, 1.0);
-      new_eta = std::clamp(eta + step * deta, -1.0, 1.0);
-      new_r = p - facet.point(new_xi, new_eta);
-      if (new_r.squaredNorm() <= f) break;
+    explicit Bilinear(const Vec3 x[4])
+    {
+      c[0] = 0.25 * (x[0] + x[1] + x[2] + x[3]);
+      c[1] = 0.25 * (-x[0] + x[1] + x[2] - x[3]);
+      c[2] = 0.25 * (-x[0] - x[1] + x[2] + x[3]);
+      c[3] = 0.25 * (x[0] - x[1] + x[2] - x[3]);
     }
-    const double moved = std::max(std::abs(new_xi - xi), std::abs(new_eta - eta));
-    if (new_r.squaredNorm() <= f) {
+    Vec3 point(double xi, double eta) const { return c[0] + xi * c[1] + eta * (c[2] + xi * c[3]); }
+    Vec3 along_xi(double eta) const { return c[1] + eta * c[3]; }
+    Vec3 along_eta(double xi) const { return c[2] + xi * c[3]; }
+  };
+
+  /// Least distance inside the square. Newton's method on f = |p - x|^2/2, with Gauss and Newton's
+  /// matrix where the true one is not positive, steps cut at the border and halved until f falls.
+  /// Returns false if the search ends on the border (the edges then have the answer).
+  bool closest_inside(const Vec3 &p, const Bilinear &facet, double &xi, double &eta)
+  {
+    xi = eta = 0.0;
+    Vec3 r = p - facet.c[0];
+    for (int iteration = 0; iteration < 50; ++iteration) {
+      const Vec3 a = facet.along_xi(eta), b = facet.along_eta(xi);
+      double descent_xi = r.dot(a), descent_eta = r.dot(b);
+      const double aa = a.squaredNorm(), bb = b.squaredNorm();
+      double ab = a.dot(b) - r.dot(facet.c[3]);
+      if (ab * ab >= 0.99 * aa * bb) ab = a.dot(b);
+
+      // on the border and pushed outward: slide along it
+      const bool stop_xi = std::abs(xi) == 1.0 && xi * descent_xi >= 0.0;
+      const bool stop_eta = std::abs(eta) == 1.0 && eta * descent_eta >= 0.0;
+      if (stop_xi) descent_xi = ab = 0.0;
+      if (stop_eta) descent_eta = ab = 0.0;
+      const double det = aa * bb - ab * ab;
+      if (!(det > 1e-20 * aa * bb)) return false;    // no area
+      const double dxi = (bb * descent_xi - ab * descent_eta) / det;
+      const double deta = (aa * descent_eta - ab * descent_xi) / det;
+
+      // Close to the minimum rounding hides the descent: short steps are taken as they are.
+      const bool close = std::abs(dxi) < 1e-6 && std::abs(deta) < 1e-6;
+      const double f = r.squaredNorm();
+      double new_xi, new_eta, step = 1.0;
+      Vec3 new_r;
+      for (;; step *= 0.5) {
+        new_xi = std::clamp(xi + step * dxi, -1.0, 1.0);
+        new_eta = std::clamp(eta + step * deta, -1.0, 1.0);
+        new_r = p - facet.point(new_xi, new_eta);
+        if (close || new_r.squaredNorm() <= f || step < 1e-6) break;
+      }
+      const double moved = std::max(std::abs(new_xi - xi), std::abs(new_eta - eta));
       xi = new_xi;
       eta = new_eta;
       r = new_r;
+      if (moved < 1e-9) break;    // the next step would be its square
     }
-    if (moved < 1e-14 || new_r.squaredNorm() > f) break;
-    if (moved < 1e-9 && step == 1.0) break;    // the next step would be its square
+    constexpr double inside = 1.0 - 1e-10;
+    return std::abs(xi) < inside && std::abs(eta) < inside;
   }
-  constexpr double inside = 1.0 - 1e-10;
-  return std::abs(xi) < inside && std::abs(eta) < inside;
-}
 
 }    // namespace
 

@@ -13,8 +13,7 @@ namespace {
   {
     Mat3 edges = Mat3::Zero();
     for (int a = 0; a < 8; ++a)
-      for (int k = 0; k < 3; ++k)
-        edges.col(k) += 0.25 * hex_sign[a][k] * (X.col(a) - X.col(0));
+      for (int k = 0; k < 3; ++k) edges.col(k) += 0.25 * hex_sign[a][k] * (X.col(a) - X.col(0));
     return edges;
   }
 

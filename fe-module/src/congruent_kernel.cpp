@@ -9,8 +9,7 @@ struct CongruentKernel::Data {
   CorotationalShape shape;
   double K[size][size];    // row or column 7 i + m - 1: component i of mode m
 
-  Data(const HexCoords &X, const Eigen::Matrix<double, 24, 24> &nodal) :
-      shape(X, Mat3::Identity())
+  Data(const HexCoords &X, const Eigen::Matrix<double, 24, 24> &nodal) : shape(X, Mat3::Identity())
   {
     Eigen::Matrix<double, 24, size> T;
     T.setZero();

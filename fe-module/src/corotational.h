@@ -67,13 +67,13 @@ namespace lanes {
     Pack size = error();
     if (__builtin_expect(simd::any(size > too_far), false)) {
       for (int l = 0; l < simd::width; ++l) {
-        if (!(simd::lane(size, l) > too_far) || !simd::lane(valid, l)) continue;
+        if (!(size[l] > too_far) || !valid[l]) continue;
         Mat3 F;
         for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j) F(i, j) = simd::lane(A[i][j], l);
+          for (int j = 0; j < 3; ++j) F(i, j) = A[i][j][l];
         const Mat3 R = polar_rotation(F);
         for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j) simd::set_lane(A[i][j], l, R(i, j));
+          for (int j = 0; j < 3; ++j) A[i][j][l] = R(i, j);
       }
       size = error();
     }
@@ -90,9 +90,9 @@ namespace lanes {
       C[5] = 0.375 * (S[3] * S[4] + S[1] * S[5] + S[5] * S[2]) - 0.5 * S[5];
       for (int i = 0; i < 3; ++i) {
         const Pack x = A[i][0], y = A[i][1], z = A[i][2];
-        A[i][0] = simd::select(busy, x + (x * C[0] + y * C[3] + z * C[4]), x);
-        A[i][1] = simd::select(busy, y + (x * C[3] + y * C[1] + z * C[5]), y);
-        A[i][2] = simd::select(busy, z + (x * C[4] + y * C[5] + z * C[2]), z);
+        A[i][0] = busy ? x + (x * C[0] + y * C[3] + z * C[4]) : x;
+        A[i][1] = busy ? y + (x * C[3] + y * C[1] + z * C[5]) : y;
+        A[i][2] = busy ? z + (x * C[4] + y * C[5] + z * C[2]) : z;
       }
       busy = (error() > converged) & valid;
     }
@@ -100,11 +100,11 @@ namespace lanes {
     for (int i = 0; i < 3; ++i) {
       const Pack x = A[i][0], y = A[i][1], z = A[i][2];
       const Pack none = simd::broadcast(nan);
-      A[i][0] = simd::select(valid, x - 0.5 * (x * S[0] + y * S[3] + z * S[4]), none);
-      A[i][1] = simd::select(valid, y - 0.5 * (x * S[3] + y * S[1] + z * S[5]), none);
-      A[i][2] = simd::select(valid, z - 0.5 * (x * S[4] + y * S[5] + z * S[2]), none);
+      A[i][0] = valid ? x - 0.5 * (x * S[0] + y * S[3] + z * S[4]) : none;
+      A[i][1] = valid ? y - 0.5 * (x * S[3] + y * S[1] + z * S[5]) : none;
+      A[i][2] = valid ? z - 0.5 * (x * S[4] + y * S[5] + z * S[2]) : none;
     }
-    return simd::inverse(valid);
+    return ~valid;
   }
 
   /// x <- A^-1 x for symmetric A (xx yy zz xy xz yz).
@@ -188,7 +188,7 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
     const simd::Mask lost = lanes::polar(R);
     if (__builtin_expect(simd::any(lost) && first_lost < 0, false))
       for (int l = elements.valid - 1; l >= 0; --l)
-        if (simd::lane(lost, l)) first_lost = first + l;
+        if (lost[l]) first_lost = first + l;
 
     Pack u[3][8];
     for (int m = 1; m < 8; ++m)

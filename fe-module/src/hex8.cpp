@@ -51,20 +51,20 @@ Mat3 jacobian(const HexCoords &X, const Vec3 &xi)
 
 namespace {
 
-// node 0 as origin: far from the origin the products below would lose digits
-HexCoords relative_to_first(const HexCoords &X)
-{
-  return X.colwise() - X.col(0);
-}
+  // node 0 as origin: far from the origin the products below would lose digits
+  HexCoords relative_to_first(const HexCoords &X)
+  {
+    return X.colwise() - X.col(0);
+  }
 
-double mean_edge(const HexCoords &X)
-{
-  double sum = 0.0;
-  for (int a = 0; a < 8; ++a)
-    for (int axis = 0; axis < 3; ++axis)
-      sum += (X.col(hex_edge_neighbor(a, axis)) - X.col(a)).norm();
-  return sum / 24.0;    // each of the 12 edges was met twice
-}
+  double mean_edge(const HexCoords &X)
+  {
+    double sum = 0.0;
+    for (int a = 0; a < 8; ++a)
+      for (int axis = 0; axis < 3; ++axis)
+        sum += (X.col(hex_edge_neighbor(a, axis)) - X.col(a)).norm();
+    return sum / 24.0;    // each of the 12 edges was met twice
+  }
 
 }    // namespace
 
@@ -72,8 +72,7 @@ double volume(const HexCoords &X)
 {
   const HexCoords Y = relative_to_first(X);
   double sum = 0.0;
-  for (const Vec3 &xi : gauss_points())
-    sum += jacobian(Y, xi).determinant();
+  for (const Vec3 &xi : gauss_points()) sum += jacobian(Y, xi).determinant();
   return sum;
 }
 
@@ -110,8 +109,7 @@ double max_diagonal(const HexCoords &X)
 {
   double longest = 0.0;
   for (int a = 0; a < 8; ++a)
-    for (int b = 0; b < a; ++b)
-      longest = std::max(longest, (X.col(a) - X.col(b)).norm());
+    for (int b = 0; b < a; ++b) longest = std::max(longest, (X.col(a) - X.col(b)).norm());
   return longest;
 }
 
@@ -161,8 +159,7 @@ std::string describe_bad_hex(long long id, const HexCoords &X, const HexCheck &c
   else
     text << " is flat: Jacobian " << check.min_gauss_jacobian << " at a Gauss point";
   text << "; nodes";
-  for (int a = 0; a < 8; ++a)
-    text << " (" << X(0, a) << " " << X(1, a) << " " << X(2, a) << ")";
+  for (int a = 0; a < 8; ++a) text << " (" << X(0, a) << " " << X(1, a) << " " << X(2, a) << ")";
   return text.str();
 }
 

@@ -14,8 +14,6 @@
 #include <cstddef>
 #include <type_traits>
 
-#define DEFE_INLINE inline __attribute__((always_inline))
-
 namespace defe::fe {
 
 using simd::Pack;
@@ -26,8 +24,7 @@ inline constexpr int hex_corner_node[8] = {0, 1, 3, 2, 4, 5, 7, 6};
 /// phi_m at node a.
 constexpr int hex_mode(int m, int a)
 {
-  return (m & 1 ? hex_sign[a][0] : 1) * (m & 2 ? hex_sign[a][1] : 1) *
-      (m & 4 ? hex_sign[a][2] : 1);
+  return (m & 1 ? hex_sign[a][0] : 1) * (m & 2 ? hex_sign[a][1] : 1) * (m & 4 ? hex_sign[a][2] : 1);
 }
 
 /// v[corner] -> v~[mode], in place.
@@ -73,16 +70,23 @@ DEFE_INLINE void gather_modes(const LaneElements &elements, const double *vector
     origin[l] = vector + 3 * static_cast<std::ptrdiff_t>(elements.nodes[elements.index(l)][0]);
   Pack v0[3];
   for (int i = 0; i < 3; ++i) {
-    v0[i] = simd::generate([&](int l) { return origin[l][i]; });
+    v0[i] = simd::generate([&](int l) {
+      return origin[l][i];
+    });
     v[i][0] = Pack{};
   }
   for (int corner = 1; corner < 8; ++corner) {
     const double *node[simd::width];
     for (int l = 0; l < simd::width; ++l)
       node[l] = vector +
-          3 * static_cast<std::ptrdiff_t>(elements.nodes[elements.index(l)][hex_corner_node[corner]]);
+          3 *
+              static_cast<std::ptrdiff_t>(
+                  elements.nodes[elements.index(l)][hex_corner_node[corner]]);
     for (int i = 0; i < 3; ++i)
-      v[i][corner] = simd::generate([&](int l) { return node[l][i]; }) - v0[i];
+      v[i][corner] = simd::generate([&](int l) {
+                       return node[l][i];
+                     }) -
+          v0[i];
   }
   for (int i = 0; i < 3; ++i) nodes_to_modes(v[i]);
 }
@@ -95,14 +99,14 @@ DEFE_INLINE void scatter_modes(const LaneElements &elements, Pack g[3][8], doubl
     for (int corner = 0; corner < 8; ++corner) {
       double *node =
           f + 3 * static_cast<std::ptrdiff_t>(elements.nodes[l][hex_corner_node[corner]]);
-      for (int i = 0; i < 3; ++i) node[i] += simd::lane(g[i][corner], l);
+      for (int i = 0; i < 3; ++i) node[i] += g[i][corner][l];
     }
 }
 
 /// One value per element.
 DEFE_INLINE void store_lanes(const LaneElements &elements, const Pack &p, double *out)
 {
-  for (int l = 0; l < elements.valid; ++l) out[l] = simd::lane(p, l);
+  for (int l = 0; l < elements.valid; ++l) out[l] = p[l];
 }
 
 /// Gradient by natural coordinates at a Gauss point of a field with modes v~: D[i][k] =
@@ -124,8 +128,7 @@ DEFE_INLINE Pack symmetric_bound(const Pack s[6])
 {
   const Pack p = (s[0] + s[1] + s[2]) * (1.0 / 3.0);
   const Pack dx = s[0] - p, dy = s[1] - p, dz = s[2] - p;
-  const Pack J2 =
-      0.5 * (dx * dx + dy * dy + dz * dz) + (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]);
+  const Pack J2 = 0.5 * (dx * dx + dy * dy + dz * dz) + (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]);
   return p + 2.0 * simd::sqrt(J2 * (1.0 / 3.0));
 }
 
@@ -135,7 +138,9 @@ DEFE_INLINE void add_virial(const LaneElements &elements, const Pack y[3][8],
                             const Pack force[3][8], Pack virial[6])
 {
   constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
-  const Pack there = simd::generate([&](int l) { return l < elements.valid ? 1.0 : 0.0; });
+  const Pack there = simd::generate([&](int l) {
+    return l < elements.valid ? 1.0 : 0.0;
+  });
   for (int k = 0; k < 6; ++k) {
     Pack sum = Pack{};
     for (int m = 1; m < 8; ++m) sum += y[row[k]][m] * force[column[k]][m];
@@ -146,7 +151,7 @@ DEFE_INLINE void add_virial(const LaneElements &elements, const Pack y[3][8],
 DEFE_INLINE void sum_lanes(const Pack virial[6], double out[6])
 {
   for (int k = 0; k < 6; ++k)
-    for (int l = 0; l < simd::width; ++l) out[k] += simd::lane(virial[k], l);
+    for (int l = 0; l < simd::width; ++l) out[k] += virial[k][l];
 }
 
 /// Calls f(energy, bound, virial) with std::true_type or std::false_type for each wanted output:
@@ -161,7 +166,9 @@ template <class F> void choose_outputs(const HexKernel::Output &out, const F &f)
   };
   choose(out.energy, [&](auto energy) {
     choose(out.stress_bound, [&](auto bound) {
-      choose(out.virial, [&](auto virial) { f(energy, bound, virial); });
+      choose(out.virial, [&](auto virial) {
+        f(energy, bound, virial);
+      });
     });
   });
 }

@@ -62,8 +62,7 @@ namespace {
   Corotated corotate(const HexCoords &x, const HexCoords &reference)
   {
     const HexCoords y = x.colwise() - x.col(0);
-    const Mat3 F =
-        jacobian(y, Vec3::Zero()) * jacobian(reference, Vec3::Zero()).inverse();
+    const Mat3 F = jacobian(y, Vec3::Zero()) * jacobian(reference, Vec3::Zero()).inverse();
     const Mat3 R = F.determinant() > 0.0 ? polar_rotation(F) : Mat3::Constant(lanes::nan);
     return {R, R.transpose() * y - reference};
   }

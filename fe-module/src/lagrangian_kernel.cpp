@@ -162,7 +162,7 @@ namespace {
         for (auto &q : k)
           for (Pack &i : q) i = Pack{};
 
-      simd::Mask valid = simd::always();
+      simd::Mask valid = ~simd::Mask{};
       Pack energy = Pack{}, bound = Pack{};
       for (int a = 0; a < 8; ++a) {
         Pack Xk[3][3], uk[3][3];
@@ -184,12 +184,11 @@ namespace {
       }
 
       Pack poison = Pack{};
-      if (__builtin_expect(simd::any(simd::inverse(valid)), false)) {
-        poison = simd::select(valid, poison,
-                              simd::broadcast(std::numeric_limits<double>::quiet_NaN()));
+      if (__builtin_expect(simd::any(~valid), false)) {
+        poison = valid ? poison : simd::broadcast(std::numeric_limits<double>::quiet_NaN());
         if (first_lost < 0)
           for (int l = elements.valid - 1; l >= 0; --l)
-            if (!simd::lane(valid, l)) first_lost = first + l;
+            if (!valid[l]) first_lost = first + l;
       }
 
       if constexpr (with_energy) store_lanes(elements, energy + poison, out.energy + first);

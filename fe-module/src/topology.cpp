@@ -50,27 +50,26 @@ std::array<int, 4> match_face_nodes(const std::array<std::int64_t, 8> &hex, int 
 
 namespace {
 
-[[noreturn]] void fail(const std::string &what, const FaceKey &key)
-{
-  std::ostringstream text;
-  text << what << " (face with nodes " << key.id[0] << " " << key.id[1] << " " << key.id[2] << " "
-       << key.id[3] << ")";
-  throw std::runtime_error(text.str());
-}
+  [[noreturn]] void fail(const std::string &what, const FaceKey &key)
+  {
+    std::ostringstream text;
+    text << what << " (face with nodes " << key.id[0] << " " << key.id[1] << " " << key.id[2] << " "
+         << key.id[3] << ")";
+    throw std::runtime_error(text.str());
+  }
 
-// Seen from outside one element, a shared face turns the other way round than seen from outside
-// the other one. -1: opposite sense, as it should be; 1: the same sense; 0: the four nodes are not
-// in cyclic order on the neighbour, so the two elements do not share a surface at all.
-int sense(const std::array<int, 4> &neighbor_node, int neighbor_face)
-{
-  int position[4];
-  for (int i = 0; i < 4; ++i)
-    position[i] = hex_face_position(neighbor_face, neighbor_node[i]);
-  const int turn = (position[1] - position[0] + 4) % 4;
-  for (int i = 1; i < 4; ++i)
-    if ((position[(i + 1) % 4] - position[i] + 4) % 4 != turn) return 0;
-  return turn == 1 ? 1 : turn == 3 ? -1 : 0;
-}
+  // Seen from outside one element, a shared face turns the other way round than seen from outside
+  // the other one. -1: opposite sense, as it should be; 1: the same sense; 0: the four nodes are not
+  // in cyclic order on the neighbour, so the two elements do not share a surface at all.
+  int sense(const std::array<int, 4> &neighbor_node, int neighbor_face)
+  {
+    int position[4];
+    for (int i = 0; i < 4; ++i) position[i] = hex_face_position(neighbor_face, neighbor_node[i]);
+    const int turn = (position[1] - position[0] + 4) % 4;
+    for (int i = 1; i < 4; ++i)
+      if ((position[(i + 1) % 4] - position[i] + 4) % 4 != turn) return 0;
+    return turn == 1 ? 1 : turn == 3 ? -1 : 0;
+  }
 
 }    // namespace
 

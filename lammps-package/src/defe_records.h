@@ -62,6 +62,13 @@ struct DERecord {
   JointSlot slot[6];
 };
 
+/** Surface contact of a node or DE with one part, from step to step. Plain data. */
+struct DefeTouch {
+  int part, pad;
+  double depth;       // at the last step
+  double shear[3];    // tangential displacement
+};
+
 }    // namespace LAMMPS_NS
 
 #endif

@@ -33,6 +33,7 @@ using defe::Vec3;
 using defe::fe::HexCoords;
 
 static constexpr int SIZE_VECTOR = 25;
+static constexpr int FLUSH_EVERY = 1000;    // steps between writes of the event file
 
 static constexpr int doubles(size_t bytes)
 {
@@ -41,7 +42,8 @@ static constexpr int doubles(size_t bytes)
 
 static constexpr int HEX_SIZE = doubles(sizeof(HexPod));
 static constexpr int DE_SIZE = doubles(sizeof(DERecord));
-static constexpr int RECORD_SIZE = 1 + 3 + 4 + 1 + 1 + 1;    // of any atom
+static constexpr int TOUCH_SIZE = doubles(sizeof(DefeTouch));
+static constexpr int RECORD_SIZE = 1 + 3 + 1 + 1 + 1 + 1;    // of any atom
 
 // a ghost atom receives one element per round of communication (with its pbc shift)
 static constexpr int FORWARD_SIZE = HEX_SIZE + 1 > 14 ? HEX_SIZE + 1 : 14;
@@ -191,6 +193,12 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
       contact_factor = utils::numeric(FLERR, arg[iarg + 1], false, lmp);
       if (!(contact_factor >= 0.0)) error->all(FLERR, "Fix defe contact factor must be >= 0");
       iarg += 2;
+      if (iarg < narg && strcmp(arg[iarg], "friction") == 0) {
+        need(2, "contact f_s friction");
+        contact_friction = utils::numeric(FLERR, arg[iarg + 1], false, lmp);
+        if (!(contact_friction >= 0.0)) error->all(FLERR, "Fix defe friction must be >= 0");
+        iarg += 2;
+      }
 
     } else if (key == "shield") {
       need(2, "shield");
@@ -262,7 +270,6 @@ FixDefe::~FixDefe()
   memory->destroy(xref);
   memory->destroy(xframe);
   memory->destroy(nelem);
-  memory->destroy(touch);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -314,6 +321,9 @@ void FixDefe::init()
                "Fix defe converts elements into DEs that no pair style joins: use pair_style "
                "defe/joint");
 
+  if (contact_factor > 0.0 && comm->ghost_velocity == 0)
+    error->all(FLERR, "Fix defe contact needs velocities of ghosts: add comm_modify vel yes");
+
   build_topology();
 
   // joints and facets need their nodes as ghosts, two elements deep
@@ -331,6 +341,11 @@ void FixDefe::init()
                "Time step {} is above the stable step of the finite elements {:.6g}: use a smaller "
                "timestep",
                update->dt, dt_finite);
+
+  if (any_convertible && dt_discrete > 0.0 && update->dt > dt_discrete && update->whichflag == 1 &&
+      comm->me == 0)
+    error->warning(FLERR, "Time step {} is above the safe step of the discrete elements {:.6g}",
+                   update->dt, dt_discrete);
 
   vector_step = -1;
 }
@@ -724,6 +739,7 @@ void FixDefe::end_of_step()
 
   mark_elements();
   vector_step = -1;
+  if (update->ntimestep % FLUSH_EVERY == 0) flush_events();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -739,7 +755,7 @@ void FixDefe::post_run()
 
 void FixDefe::mark_elements()
 {
-  const double now = update->atime + (update->ntimestep - update->atimestep) * update->dt;
+  const double time = now();
   marked.clear();
   for (auto &b : batches) {
     if (!b.convertible) continue;
@@ -773,12 +789,12 @@ void FixDefe::mark_elements()
         const double tau = p.shield_time;
         auto &list = h.shields;
         for (size_t k = 0; k < list.size();)
-          if (now - list[k].time >= tau) {
+          if (time - list[k].time >= tau) {
             list[k] = list.back();
             list.pop_back();
           } else
             k++;
-        if (defe::shielded(direction, s1, p.stress, now, tau, list.data(),
+        if (defe::shielded(direction, s1, p.stress, time, tau, list.data(),
                            static_cast<int>(list.size())))
           continue;
       }
@@ -833,9 +849,9 @@ void FixDefe::grow_arrays(int nmax)
   memory->grow(xref, nmax, 3, "defe:xref");
   memory->grow(xframe, nmax, 3, "defe:xframe");
   memory->grow(nelem, nmax, "defe:nelem");
-  memory->grow(touch, nmax, 4, "defe:touch");
   hexes.resize(nmax);
   de.resize(nmax);
+  touch.resize(nmax);
 }
 
 void FixDefe::copy_arrays(int i, int j, int /*delflag*/)
@@ -846,18 +862,18 @@ void FixDefe::copy_arrays(int i, int j, int /*delflag*/)
     xframe[j][k] = xframe[i][k];
   }
   nelem[j] = nelem[i];
-  for (int k = 0; k < 4; k++) touch[j][k] = touch[i][k];
-
   // LAMMPS copies only to move: the source slot is dead afterwards
 
   hexes[j] = std::move(hexes[i]);
   hexes[i].clear();
   de[j] = std::move(de[i]);
+  touch[j] = std::move(touch[i]);
+  touch[i].clear();
 }
 
 void FixDefe::set_arrays(int i)
 {
-  for (int k = 0; k < 4; k++) touch[i][k] = 0.0;
+  touch[i].clear();
 
   // read_data sets the arrays of new atoms after it has read the sections: keep the elements
 
@@ -912,6 +928,7 @@ int FixDefe::record_size(int i) const
 {
   int n = RECORD_SIZE;
   if (de[i]) n += DE_SIZE;
+  n += TOUCH_SIZE * static_cast<int>(touch[i].size());
   for (const auto &h : hexes[i]) n += HEX_SIZE + 1 + 4 * static_cast<int>(h.shields.size());
   return n;
 }
@@ -920,10 +937,14 @@ int FixDefe::pack_record(int i, double *buf) const
 {
   int m = 1;
   for (int k = 0; k < 3; k++) buf[m++] = xref[i][k];
-  for (int k = 0; k < 4; k++) buf[m++] = touch[i][k];
   buf[m++] = ubuf(nelem[i]).d;
   buf[m++] = ubuf(de[i] ? 1 : 0).d;
   buf[m++] = ubuf(static_cast<int>(hexes[i].size())).d;
+  buf[m++] = ubuf(static_cast<int>(touch[i].size())).d;
+  for (const auto &t : touch[i]) {
+    memcpy(static_cast<void *>(&buf[m]), &t, sizeof(DefeTouch));
+    m += TOUCH_SIZE;
+  }
   if (de[i]) {
     memcpy(static_cast<void *>(&buf[m]), de[i].get(), sizeof(DERecord));
     m += DE_SIZE;
@@ -945,10 +966,14 @@ int FixDefe::unpack_record(int i, const double *buf)
 {
   int m = 1;
   for (int k = 0; k < 3; k++) xref[i][k] = xframe[i][k] = buf[m++];
-  for (int k = 0; k < 4; k++) touch[i][k] = buf[m++];
   nelem[i] = static_cast<int>(ubuf(buf[m++]).i);
   const int has_de = static_cast<int>(ubuf(buf[m++]).i);
   const int nhex = static_cast<int>(ubuf(buf[m++]).i);
+  touch[i].resize(ubuf(buf[m++]).i);
+  for (auto &t : touch[i]) {
+    memcpy(static_cast<void *>(&t), &buf[m], sizeof(DefeTouch));
+    m += TOUCH_SIZE;
+  }
   de[i].reset();
   if (has_de) {
     de[i] = std::make_unique<DERecord>();
@@ -1023,10 +1048,10 @@ int FixDefe::maxsize_restart()
 namespace {
 struct GlobalState {
   double ledger[7];
-  bigint des_total, hexes_total, conversions_total, vector_first[2];
+  bigint des_total, hexes_total, conversions_total;
   tagint de_base;
   int start_done, hexes_per_node;
-  double dt_finite, max_diagonal;
+  double dt_finite, dt_discrete, max_diagonal, first_conversion, first_damage;
 };
 }    // namespace
 
@@ -1039,12 +1064,17 @@ void FixDefe::write_restart(FILE *fp)
   g.des_total = des_total;
   g.hexes_total = hexes_total;
   g.conversions_total = conversions_total;
-  g.vector_first[0] = first_conversion;
-  g.vector_first[1] = first_damage;
+  double first[2] = {first_conversion, first_damage}, both[2];
+  for (auto &t : first)
+    if (t < 0.0) t = HUGE_VAL;
+  MPI_Allreduce(first, both, 2, MPI_DOUBLE, MPI_MIN, world);
+  g.first_conversion = both[0] == HUGE_VAL ? -1.0 : both[0];
+  g.first_damage = both[1] == HUGE_VAL ? -1.0 : both[1];
   g.de_base = de_base;
   g.start_done = start_done;
   g.hexes_per_node = hexes_per_node;
   g.dt_finite = dt_finite;
+  g.dt_discrete = dt_discrete;
   g.max_diagonal = max_diagonal;
   if (comm->me == 0) {
     const int nradius = static_cast<int>(de_radius_max.size());
@@ -1093,14 +1123,16 @@ void FixDefe::restart(char *buf)
   des_total = g.des_total;
   hexes_total = g.hexes_total;
   conversions_total = g.conversions_total;
-  first_conversion = g.vector_first[0];
-  first_damage = g.vector_first[1];
+  first_conversion = g.first_conversion;
+  first_damage = g.first_damage;
   de_base = g.de_base;
   start_done = g.start_done;
   hexes_per_node = g.hexes_per_node;
   dt_finite = g.dt_finite;
+  dt_discrete = g.dt_discrete;
   max_diagonal = g.max_diagonal;
   mesh_dirty = false;
+  event_header = true;    // go on with the file
 }
 
 /* ----------------------------------------------------------------------
@@ -1210,7 +1242,7 @@ void FixDefe::unpack_reverse_comm(int n, int *list, double *buf)
 double FixDefe::memory_usage()
 {
   double bytes = static_cast<double>(atom->nmax) *
-      (6 * sizeof(double) + sizeof(int) + sizeof(hexes[0]) + sizeof(de[0]));
+      (6 * sizeof(double) + sizeof(int) + sizeof(hexes[0]) + sizeof(de[0]) + sizeof(touch[0]));
   for (int i = 0; i < atom->nlocal; i++) {
     bytes += hexes[i].capacity() * sizeof(HexRecord);
     if (de[i]) bytes += sizeof(DERecord);
@@ -1226,5 +1258,6 @@ void *FixDefe::extract(const char *name, int &dim)
   dim = 0;
   if (strcmp(name, "defe") == 0) return this;
   if (strcmp(name, "dt_finite") == 0) return &dt_finite;
+  if (strcmp(name, "dt_discrete") == 0) return &dt_discrete;
   return nullptr;
 }

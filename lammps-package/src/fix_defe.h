@@ -170,6 +170,7 @@ class FixDefe : public Fix {
 
   struct Event {
     bigint step;
+    double time;
     int what;    // 0 conversion, 1 cohesive, 2 broken
     tagint a, b;
     double x[3];    // reference position: element centre or middle of the joint
@@ -177,8 +178,11 @@ class FixDefe : public Fix {
     double value;
   };
   void record_event(const Event &e);
-  void note_damage() { if (first_damage < 0) first_damage = update_step(); }
-  bigint update_step() const;
+  double now() const;    // simulated time
+  void note_damage()
+  {
+    if (first_damage < 0.0) first_damage = now();
+  }
 
   void centre_stress(const HexRecord &, double *centre, double *stress6, double &s1) const;
   bool local_hex(const HexRecord &, int anchor, int *idx) const;
@@ -196,10 +200,10 @@ class FixDefe : public Fix {
   // ---- per-atom data ----
   double **xref = nullptr;      // reference position, never wrapped
   double **xframe = nullptr;    // the same, in the periodic frame that x is in now
-  double **touch = nullptr;     // two of (part + 1, depth): surface contact at the last step
   int *nelem = nullptr;         // finite elements at this node
   std::vector<std::vector<HexRecord>> hexes;
   std::vector<std::unique_ptr<DERecord>> de;
+  std::vector<std::vector<DefeTouch>> touch;    // surface contacts at the last step
   int hexes_per_node = 1;    // largest number of elements with one first node, on any rank
 
   std::vector<char> is_de;    // owned and ghost
@@ -208,7 +212,7 @@ class FixDefe : public Fix {
   bigint nhex_header = 0;
   tagint de_base = 0;    // DE k of element e has the ID de_base + 8 (e - 1) + k + 1
   bigint hexes_total = 0;
-  double dt_finite = 0.0;
+  double dt_finite = 0.0, dt_discrete = 0.0;    // stable time steps, 0 = none
   double max_diagonal = 0.0;
   std::vector<double> de_radius_max;    // per type
   bool start_done = false;
@@ -256,8 +260,6 @@ class FixDefe : public Fix {
   double contact_energy = 0.0;    // at the last force evaluation, this rank
   void build_surfaces();
   void contact_forces();
-  double last_depth(int, int) const;
-  void keep_depth(int, int, double);
 
   // ---- conversion ----
   std::vector<HexRecord *> marked;
@@ -270,7 +272,7 @@ class FixDefe : public Fix {
   };
   std::vector<Converting> converting;
   std::unordered_map<int, std::vector<Converting>> marked_at;    // by first node
-  bigint first_conversion = -1, first_damage = -1;    // steps
+  double first_conversion = -1.0, first_damage = -1.0;    // times
   void mark_elements();
   void convert_marked();
   void make_ghosts_for_setup();

@@ -19,6 +19,7 @@
 #include "update.h"
 
 #include "defe/coupling/facet.h"
+#include "defe/coupling/friction.h"
 #include "defe/coupling/penalty.h"
 #include "defe/fe/hex8.h"
 
@@ -255,30 +256,6 @@ void FixDefe::build_surfaces()
 }
 
 /* ----------------------------------------------------------------------
-   how deep atom i was in a part at the last step; 0 = not
-------------------------------------------------------------------------- */
-
-double FixDefe::last_depth(int i, int part) const
-{
-  for (int k = 0; k < 4; k += 2)
-    if (touch[i][k] == part + 1) return touch[i][k + 1];
-  return 0.0;
-}
-
-void FixDefe::keep_depth(int i, int part, double depth)
-{
-  int slot = -1;
-  for (int k = 0; k < 4; k += 2)
-    if (touch[i][k] == part + 1) slot = k;
-  if (slot < 0 && depth > 0.0)
-    for (int k = 0; k < 4; k += 2)
-      if (touch[i][k] == 0.0) slot = k;
-  if (slot < 0) return;
-  touch[i][slot] = depth > 0.0 ? part + 1 : 0;
-  touch[i][slot + 1] = MAX(depth, 0.0);
-}
-
-/* ----------------------------------------------------------------------
    penalty forces, onto owned and ghost atoms
    Sides are kept: a point gets into a body only by crossing a facet, so it can be no
    deeper than it was a step ago plus the way it has gone since. What is deeper, lies
@@ -295,10 +272,14 @@ void FixDefe::contact_forces()
 
   for (const auto &cp : contact_pairs) {
     const Vec3 p(x[cp.point]);
-    const double was = last_depth(cp.point, cp.part);
+    auto &list = touch[cp.point];
+    auto *old = std::find_if(list.data(), list.data() + list.size(),
+                             [&cp](const DefeTouch &t) { return t.part == cp.part; });
+    if (old == list.data() + list.size()) old = nullptr;
+    const double was = old ? old->depth : 0.0;
     const Facet *best = nullptr;
     defe::FacetPoint at;
-    Vec3 n;
+    Vec3 n, slip;
     double nearest = 1.0e300, depth = 0.0, area = 0.0;
     for (int k = cp.first; k < cp.first + cp.count; k++) {
       const Facet &facet = facets[contact_facets[k].first];
@@ -316,6 +297,14 @@ void FixDefe::contact_forces()
       const double warp = 0.25 * std::abs((q[0] - q[1] + q[2] - q[3]).dot(plane)) / plane.norm();
       if (height > cp.r + warp) continue;
       if (height < -MAX_DEPTH * facet.size - warp) continue;
+      if (cp.r == 0.0) {
+        // a node must be over the facet; natural coordinates as if it were a parallelogram
+        const Vec3 a = 0.25 * (q[1] + q[2] - q[0] - q[3]), b = 0.25 * (q[2] + q[3] - q[0] - q[1]);
+        const double aa = a.squaredNorm(), ab = a.dot(b), bb = b.squaredNorm();
+        const double da = del.dot(a), db = del.dot(b), det = aa * bb - ab * ab;
+        const double xi = (da * bb - db * ab) / det, eta = (db * aa - da * ab) / det;
+        if (std::abs(xi) > 1.5 || std::abs(eta) > 1.5) continue;
+      }
 
       const defe::FacetPoint here = defe::closest_point(p, q);
       const Vec3 off = p - here.closest;
@@ -333,9 +322,9 @@ void FixDefe::contact_forces()
         // behind: only if it is over the facet, less a margin at the edges
         if (cp.same || (off - h * here.normal).norm() > EDGE_MARGIN * facet.size) continue;
         overlap = cp.r - h;
-        Vec3 slip(v[cp.point]);
-        for (int a = 0; a < 4; a++) slip -= here.N[a] * Vec3(v[facet.node[a]]);
-        if (overlap > was + 2.0 * dt * slip.norm() + 1.0e-7 * facet.size) continue;
+        Vec3 speed(v[cp.point]);
+        for (int a = 0; a < 4; a++) speed -= here.N[a] * Vec3(v[facet.node[a]]);
+        if (overlap > was + 2.0 * dt * speed.norm() + 1.0e-7 * facet.size) continue;
       }
       nearest = distance;
       depth = overlap;
@@ -344,14 +333,35 @@ void FixDefe::contact_forces()
       best = &facet;
       area = contact_facets[k].second;
     }
-    keep_depth(cp.point, cp.part, depth);
-    if (!best || depth <= 0.0) continue;
+    if (!best || depth <= 0.0) {
+      if (old) {
+        *old = list.back();
+        list.pop_back();
+      }
+      continue;
+    }
+    if (!old) {
+      list.push_back({cp.part, 0, 0.0, {0.0, 0.0, 0.0}});
+      old = &list.back();
+    }
+    old->depth = depth;
 
     double k = cp.k_own;
     if (k < 0.0 || (best->k_area > 0.0 && best->k_area < k)) k = best->k_area;
     k *= area * cp.weight;
     contact_energy += 0.5 * k * depth * depth;
-    const Vec3 force = k * depth * n;
+    Vec3 force = k * depth * n;
+    if (contact_friction > 0.0) {
+      for (int d = 0; d < 3; d++) slip[d] = v[cp.point][d];
+      for (int a = 0; a < 4; a++) slip -= at.N[a] * Vec3(v[best->node[a]]);
+      Vec3 shear(old->shear);
+      const auto r = defe::coulomb_friction(shear, n, update->setupflag ? Vec3::Zero() : Vec3(dt * slip),
+                                            k, contact_friction * k * depth);
+      for (int d = 0; d < 3; d++) old->shear[d] = shear[d];
+      force += r.force;
+      contact_energy += r.stored;
+      ledger.friction += r.rubbed;
+    }
     for (int d = 0; d < 3; d++) f[cp.point][d] += force[d];
     for (int a = 0; a < 4; a++)
       for (int d = 0; d < 3; d++) f[best->node[a]][d] -= at.N[a] * force[d];

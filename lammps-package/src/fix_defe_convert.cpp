@@ -31,9 +31,9 @@ using namespace LAMMPS_NS;
 using defe::Vec3;
 using defe::fe::HexCoords;
 
-bigint FixDefe::update_step() const
+double FixDefe::now() const
 {
-  return update->ntimestep;
+  return update->atime + (update->ntimestep - update->atimestep) * update->dt;
 }
 
 /* ----------------------------------------------------------------------
@@ -101,7 +101,6 @@ void FixDefe::convert_marked()
 {
   const int nlocal = atom->nlocal;
   const int nall = nlocal + atom->nghost;
-  const double now = update->atime + (update->ntimestep - update->atimestep) * update->dt;
 
   ghost_positions();
   double **x = atom->x;
@@ -202,7 +201,7 @@ void FixDefe::convert_marked()
             if (domain->periodicity[k]) del[k] -= domain->prd[k] * std::round(del[k] / domain->prd[k]);
           defe::Shield s;
           s.direction = Vec3(del[0], del[1], del[2]);
-          s.time = now;
+          s.time = now();
           h.shields.push_back(s);
         }
       }
@@ -298,6 +297,7 @@ void FixDefe::convert_marked()
 
     Event e;
     e.step = update->ntimestep;
+    e.time = now();
     e.what = 0;
     e.a = h.id;
     e.b = h.part + 1;
@@ -333,6 +333,7 @@ void FixDefe::convert_marked()
       else {
         hexes[i].clear();
         de[i].reset();
+        touch[i].clear();
       }
       n--;
     }
@@ -364,7 +365,7 @@ void FixDefe::convert_marked()
   conversions_total += all[1];
   hexes_total -= all[1];
   des_total += 8 * all[1];
-  if (all[1] > 0 && first_conversion < 0) first_conversion = update->ntimestep;
+  if (all[1] > 0 && first_conversion < 0.0) first_conversion = now();
   atom->nghost = 0;
   atom->map_init();
   atom->map_set();

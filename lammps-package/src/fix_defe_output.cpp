@@ -157,13 +157,12 @@ void FixDefe::fill_vector()
   w[20] = all[EXTERNAL];
   w[21] = w[8] + w[9] + w[10] + w[11] + w[12] + w[13] + w[14] + w[15] + w[16] + w[17] - w[20];
   w[22] = w[21] + w[18] + w[19];
-  const double dt = update->dt;
-  bigint first[2] = {first_conversion, first_damage}, both[2];
-  for (auto &s : first)
-    if (s < 0) s = MAXBIGINT;
-  MPI_Allreduce(first, both, 2, MPI_LMP_BIGINT, MPI_MIN, world);
-  w[23] = both[0] == MAXBIGINT ? -1.0 : static_cast<double>(both[0]) * dt;
-  w[24] = both[1] == MAXBIGINT ? -1.0 : static_cast<double>(both[1]) * dt;
+  double first[2] = {first_conversion, first_damage};
+  for (auto &t : first)
+    if (t < 0.0) t = HUGE_VAL;
+  MPI_Allreduce(first, &w[23], 2, MPI_DOUBLE, MPI_MIN, world);
+  for (int k : {23, 24})
+    if (w[k] == HUGE_VAL) w[k] = -1.0;
 }
 
 /* ----------------------------------------------------------------------
@@ -214,7 +213,7 @@ void FixDefe::flush_events()
   static const char *const name[] = {"convert", "cohesive", "broken"};
   for (const auto &e : all)
     utils::print(fp, "{} {:.9g} {} {} {} {:.9g} {:.9g} {:.9g} {:.4g} {:.4g} {:.4g} {:.6g}\n",
-                 e.step, static_cast<double>(e.step) * update->dt, name[e.what], e.a, e.b, e.x[0],
+                 e.step, e.time, name[e.what], e.a, e.b, e.x[0],
                  e.x[1], e.x[2], e.n[0], e.n[1], e.n[2], e.value);
   if (fclose(fp))
     error->one(FLERR, "Fix defe cannot write its event file {}: {}", event_file,

@@ -568,6 +568,7 @@ void PairDefeJoint::event(int d, int s, int what, double value)
   const double *Xi = fix->x_frame(i), *Xj = fix->x_frame(j);
   FixDefe::Event e;
   e.step = update->ntimestep;
+  e.time = fix->now();
   e.what = what;
   e.a = atom->tag[i];
   e.b = atom->tag[j];

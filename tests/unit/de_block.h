@@ -43,7 +43,9 @@ inline Mesh box_mesh(int nx, int ny, int nz, double h,
                      const std::function<Vec3(const Vec3 &)> &map = nullptr)
 {
   Mesh mesh;
-  const auto node = [&](int i, int j, int k) { return i + (nx + 1) * (j + (ny + 1) * k); };
+  const auto node = [&](int i, int j, int k) {
+    return i + (nx + 1) * (j + (ny + 1) * k);
+  };
   for (int k = 0; k <= nz; ++k)
     for (int j = 0; j <= ny; ++j)
       for (int i = 0; i <= nx; ++i) {
@@ -75,8 +77,7 @@ inline void shuffle_local_axes(Mesh &mesh, std::mt19937 &random)
     if (R.determinant() < 0.0) R.col(2) *= -1.0;
     const auto old = hex;
     for (int m = 0; m < 8; ++m) {
-      const Vec3 turned =
-          R * Vec3(fe::hex_sign[m][0], fe::hex_sign[m][1], fe::hex_sign[m][2]);
+      const Vec3 turned = R * Vec3(fe::hex_sign[m][0], fe::hex_sign[m][1], fe::hex_sign[m][2]);
       for (int k = 0; k < 8; ++k)
         if (turned == Vec3(fe::hex_sign[k][0], fe::hex_sign[k][1], fe::hex_sign[k][2]))
           hex[m] = old[k];
@@ -91,8 +92,8 @@ class Block {
     NewDE birth;
     GeneralCell cell;
     unsigned present = 0;
-    int nb[6] = {};            ///< other end: particle number, or ~number of the tie
-    int nb_slot[6] = {};       ///< the other DE's slot of the same joint
+    int nb[6] = {};         ///< other end: particle number, or ~number of the tie
+    int nb_slot[6] = {};    ///< the other DE's slot of the same joint
   };
 
   Mesh mesh;
@@ -102,9 +103,9 @@ class Block {
   std::vector<Particle> de;
   std::vector<std::array<int, 4>> tie;    ///< face nodes, own corner first
   std::vector<std::array<int, 8>> elements;
-  Vectors X;                              ///< nodes, then DEs
-  std::vector<double> mass;               ///< of nodes (living elements only), then DEs
-  bool orthogonal = false;                ///< forces by corner_strain_orthogonal
+  Vectors X;                   ///< nodes, then DEs
+  std::vector<double> mass;    ///< of nodes (living elements only), then DEs
+  bool orthogonal = false;     ///< forces by corner_strain_orthogonal
 
   Block(const Mesh &m, const std::vector<char> &which, const fe::IsotropicElastic &material) :
       mesh(m), material(material), moduli{material.lambda(), material.mu()}, converted(which),
@@ -201,10 +202,9 @@ class Block {
         Vec3 y[6];
         for (int s = 0; s < 6; ++s)
           if (de[i].present >> s & 1u)
-            y[s] = (de[i].nb[s] >= 0 ? x[n0 + de[i].nb[s]] : tie_point(~de[i].nb[s], x)) -
-                x[n0 + i];
-        energy +=
-            corner_strain_general(de[i].cell, y, de[i].present, moduli, half[i].data());
+            y[s] =
+                (de[i].nb[s] >= 0 ? x[n0 + de[i].nb[s]] : tie_point(~de[i].nb[s], x)) - x[n0 + i];
+        energy += corner_strain_general(de[i].cell, y, de[i].present, moduli, half[i].data());
       }
     }
     for (int i = 0; i < n; ++i)
@@ -265,9 +265,9 @@ class Block {
                                     reinterpret_cast<const double(*)[6]>(thick.data()),
                                     nullptr};
     static_assert(sizeof(std::array<Vec3, 6>) == 18 * sizeof(double), "half forces are contiguous");
-    return corner_strain_orthogonal(lattice, x[0].data(), points.empty() ? nullptr : points[0].data(),
-                                    &moduli, reinterpret_cast<double(*)[6][3]>(half.data()),
-                                    energy.data());
+    return corner_strain_orthogonal(lattice, x[0].data(),
+                                    points.empty() ? nullptr : points[0].data(), &moduli,
+                                    reinterpret_cast<double(*)[6][3]>(half.data()), energy.data());
   }
 };
 

@@ -22,7 +22,9 @@ Mesh sheared(int n = 3)
 {
   Mat3 A;
   A << 1.0, 0.3, -0.2, 0.1, 0.8, 0.25, 0.0, -0.3, 1.2;
-  return box_mesh(n, n, n, 2e-3, [A](const Vec3 &X) { return Vec3(A * X); });
+  return box_mesh(n, n, n, 2e-3, [A](const Vec3 &X) {
+    return Vec3(A * X);
+  });
 }
 
 Mesh distorted(double amount, int n = 3, unsigned seed = 11)
@@ -104,8 +106,8 @@ TEST(CornerStrain, ReducedLaws)
 TEST(CornerStrain, IsotropicModuliInEveryDirection)
 {
   std::mt19937 random(1);
-  std::vector<Vec3> directions = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {0, 1, -1},
-                                  {1, 1, 1}, {1, -1, 1}};
+  std::vector<Vec3> directions = {{1, 0, 0},  {0, 1, 0}, {0, 0, 1}, {1, 1, 0},
+                                  {0, 1, -1}, {1, 1, 1}, {1, -1, 1}};
   for (int k = 0; k < 10; ++k) directions.push_back(random_vector(random, 1.0));
   const double d = 1e-3, strain = 1e-4;
   const GeneralCell cube = cube_cell(d);
@@ -120,8 +122,7 @@ TEST(CornerStrain, IsotropicModuliInEveryDirection)
       Vec3 y[6], f[6];
       Mat3 P = Mat3::Zero();
       for (int s = 0; s < 6; ++s) y[s] = F * cube.dX[s];
-      const double energy =
-          corner_strain_general(cube, y, 0x3f, {m.lambda(), m.mu()}, f);
+      const double energy = corner_strain_general(cube, y, 0x3f, {m.lambda(), m.mu()}, f);
       // of the two ends of a joint this is one: half the force, the whole vector
       for (int s = 0; s < 6; ++s) P += f[s] * cube.dX[s].transpose() / (d * d * d);
       const Mat3 S = F.inverse() * P;
@@ -144,8 +145,7 @@ TEST(CornerStrain, FreeBarHasYoungsModulusAndPoissonsRatio)
       Block block(mesh, all(mesh), m);
       Vec3 stretch;
       const double eps = 1e-3;
-      for (int a = 0; a < 3; ++a)
-        stretch[a] = std::sqrt(1.0 + 2.0 * (a == axis ? eps : -nu * eps));
+      for (int a = 0; a < 3; ++a) stretch[a] = std::sqrt(1.0 + 2.0 * (a == axis ? eps : -nu * eps));
       const Vectors x = deformed(block.X, stretch.asDiagonal());
       Vectors f;
       for (bool orthogonal : {false, true}) {

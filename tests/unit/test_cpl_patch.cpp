@@ -104,7 +104,9 @@ Mesh sheared(int)
 {
   Mat3 A;
   A << 1.0, 0.25, -0.125, 0.125, 0.75, 0.25, 0.0, -0.25, 1.25;
-  return box_mesh(N, N, N, 1.0, [A](const Vec3 &X) { return Vec3(A * X); });
+  return box_mesh(N, N, N, 1.0, [A](const Vec3 &X) {
+    return Vec3(A * X);
+  });
 }
 
 Mesh graded(int)
@@ -155,8 +157,11 @@ TEST(Patch, DistortedHexes)
 {
   const double amount[3] = {0.05, 0.10, 0.20}, rms[3] = {0.006, 0.012, 0.024};
   for (int k = 0; k < 3; ++k) {
-    const Residual r =
-        patch_test([&](int seed) { return distorted(amount[k], seed); }, 0.2, 1e-3, 20);
+    const Residual r = patch_test(
+        [&](int seed) {
+          return distorted(amount[k], seed);
+        },
+        0.2, 1e-3, 20);
     std::printf("nodes moved by up to %2.0f %%: residual %.2f %% rms, %.1f %% at most\n",
                 100.0 * amount[k], 100.0 * r.rms(), 100.0 * r.largest);
     EXPECT_GT(r.rms(), 0.7 * rms[k]);
@@ -184,13 +189,15 @@ TEST(Patch, FreeSurfacesUnderUniaxialStress)
         block.orthogonal = orthogonal;
         const double eps = 1e-2;
         Vec3 stretch;
-        for (int a = 0; a < 3; ++a) stretch[a] = std::sqrt(1.0 + 2.0 * eps * (a == axis ? 1.0 : -nu));
+        for (int a = 0; a < 3; ++a)
+          stretch[a] = std::sqrt(1.0 + 2.0 * eps * (a == axis ? 1.0 : -nu));
         const Mat3 F = random_rotation(random) * stretch.asDiagonal();
         Vectors f;
         block.forces(deformed(block.X, F), f);
         Residual residual;
         for (int i = 0; i < static_cast<int>(f.size()); ++i)
-          if (block.mass[i] > 0.0 && std::abs(block.X[i][axis]) < 2.4) residual.add(f[i], eps * 0.25);
+          if (block.mass[i] > 0.0 && std::abs(block.X[i][axis]) < 2.4)
+            residual.add(f[i], eps * 0.25);
         EXPECT_GT(residual.count, 100);
         EXPECT_LT(residual.largest, 4e-12);
       }
@@ -204,7 +211,9 @@ TEST(Patch, FreeSurfacesOfShearedHexes)
   const fe::IsotropicElastic material{1.0, 0.3, 1.0};
   Mat3 A;
   A << 1.0, 0.25, 0.0, 0.0, 0.75, 0.0, 0.0, 0.0, 1.25;    // a prism with an oblique cross-section
-  Mesh mesh = box_mesh(N, N, N, 1.0, [&](const Vec3 &X) { return Vec3(A * X); });
+  Mesh mesh = box_mesh(N, N, N, 1.0, [&](const Vec3 &X) {
+    return Vec3(A * X);
+  });
   shuffle_local_axes(mesh, random);
   std::vector<char> converted(mesh.hex.size());
   for (std::size_t e = 0; e < converted.size(); ++e) {

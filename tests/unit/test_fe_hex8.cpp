@@ -75,7 +75,9 @@ TEST(Quadrature, PointsAreOrderedAndIntegrateCubics)
         double sum = 0.0;
         for (const Vec3 &xi : gauss_points())
           sum += std::pow(xi[0], p) * std::pow(xi[1], q) * std::pow(xi[2], r);
-        const auto exact = [](int n) { return n % 2 ? 0.0 : 2.0 / (n + 1); };
+        const auto exact = [](int n) {
+          return n % 2 ? 0.0 : 2.0 / (n + 1);
+        };
         EXPECT_NEAR(sum, exact(p) * exact(q) * exact(r), 1e-14) << p << q << r;
       }
 }
@@ -211,11 +213,10 @@ TEST(Stiffness, EnergyOfUniformStrain)
     const Mat3 H = random.matrix<Mat3>(1.0), e = 0.5 * (H + H.transpose());
     const HexCoords u = H * X;
     const Eigen::Map<const Eigen::Matrix<double, 24, 1>> v(u.data());
-    const double exact = volume(X) *
-        (0.5 * unit.lambda() * e.trace() * e.trace() + unit.mu() * e.squaredNorm());
+    const double exact =
+        volume(X) * (0.5 * unit.lambda() * e.trace() * e.trace() + unit.mu() * e.squaredNorm());
     EXPECT_NEAR(0.5 * v.dot(stiffness(X, unit) * v), exact, 1e-13);
-    const Mat3 s =
-        unit.lambda() * e.trace() * Mat3::Identity() + 2.0 * unit.mu() * e;
+    const Mat3 s = unit.lambda() * e.trace() * Mat3::Identity() + 2.0 * unit.mu() * e;
     EXPECT_LT((linear_stress(X, u, unit, random.matrix<Vec3>(1.0)) - s).norm(), 1e-13);
   }
 }

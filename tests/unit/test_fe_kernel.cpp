@@ -212,8 +212,8 @@ TEST(Kernel, UniformStrainHasTheForcesOfItsStress)
       const Mat3 e = is_lagrangian ? green : Mat3(U - Mat3::Identity());
       const Mat3 S = unit.lambda() * e.trace() * Mat3::Identity() + 2.0 * unit.mu() * e;
       const Mat3 P = R * (is_lagrangian ? U : Mat3::Identity()) * S;
-      const Mat3 cauchy =
-          is_lagrangian ? Mat3(P * U * R.transpose() / U.determinant()) : Mat3(P * R.transpose());
+      const Mat3 cauchy = is_lagrangian ? Mat3(P * U * R.transpose() / U.determinant())
+                                        : Mat3(P * R.transpose());
 
       Eigen::Matrix<double, 8, 3> flux = Eigen::Matrix<double, 8, 3>::Zero();
       for (const Vec3 &xi : gauss_points()) {

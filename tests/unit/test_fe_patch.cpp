@@ -81,7 +81,7 @@ TEST(MacNealHarder, LinearStressesAndEquilibrium)
         stiffness(X, material) * Eigen::Map<const Eigen::Matrix<double, 24, 1>>(u.data());
     for (int a = 0; a < 8; ++a) residual[mesh.hexes[e][a]] += f.col(a);
   }
-  for (int n = 0; n < 8; ++n) EXPECT_LT(residual[n].norm(), 1e-10);      // of forces around 500
+  for (int n = 0; n < 8; ++n) EXPECT_LT(residual[n].norm(), 1e-10);    // of forces around 500
   for (int n = 8; n < 16; ++n) EXPECT_GT(residual[n].norm(), 100.0);
 }
 
@@ -94,8 +94,7 @@ TEST(MacNealHarder, InnerNodesAreSolvedFor)
     const auto Ke = stiffness(mesh.shape(e), material);
     for (int a = 0; a < 8; ++a)
       for (int b = 0; b < 8; ++b)
-        K.block<3, 3>(3 * mesh.hexes[e][a], 3 * mesh.hexes[e][b]) +=
-            Ke.block<3, 3>(3 * a, 3 * b);
+        K.block<3, 3>(3 * mesh.hexes[e][a], 3 * mesh.hexes[e][b]) += Ke.block<3, 3>(3 * a, 3 * b);
   }
   Eigen::Matrix<double, 24, 1> outer, exact;
   for (int n = 0; n < 8; ++n) {

@@ -58,9 +58,9 @@ struct CohesiveState {
 };
 
 struct CohesiveResult {
-  double t_n;           ///< normal traction, tension positive
-  Vec3 t_s;             ///< tangential traction: on the end that e_s is measured from, pulls along e_s
-  double stored;        ///< per area
+  double t_n;       ///< normal traction, tension positive
+  Vec3 t_s;         ///< tangential traction: on the end that e_s is measured from, pulls along e_s
+  double stored;    ///< per area
   double dissipated;    ///< per area, of this increment
   double damage;        ///< D
   bool broken;          ///< D = 1: drop the state, the pair is a contact from now on

@@ -31,13 +31,13 @@ struct ContactParameters {
 };
 
 struct ContactResult {
-  Vec3 force;               ///< on i; j takes the opposite
-  Vec3 torque_i;            ///< on i, about its centre
-  Vec3 torque_j;            ///< on j, about its centre
-  double overlap;           ///< contact_distance - r; <= 0: no contact, all else is 0
-  double stored;            ///< energy of both springs
-  double damped;            ///< energy lost in the dashpot during dt
-  double rubbed;            ///< energy lost in friction during dt
+  Vec3 force;        ///< on i; j takes the opposite
+  Vec3 torque_i;     ///< on i, about its centre
+  Vec3 torque_j;     ///< on j, about its centre
+  double overlap;    ///< contact_distance - r; <= 0: no contact, all else is 0
+  double stored;     ///< energy of both springs
+  double damped;     ///< energy lost in the dashpot during dt
+  double rubbed;     ///< energy lost in friction during dt
   bool slipping;
 };
 

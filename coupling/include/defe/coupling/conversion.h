@@ -24,12 +24,12 @@
 namespace defe {
 
 struct NewDE {
-  Vec3 X, x, v;           ///< reference and current position, velocity
-  Vec3 omega;             ///< half the curl of the velocity field, in the current configuration
-  double mass;            ///< m/8
-  double radius;          ///< half the cube root of the volume: h/4 for a cube
-  double volume;          ///< reference volume of the eighth, exact
-  Vec3 face[6];           ///< reference vector from X to the middle of the quarter patch of the slot
+  Vec3 X, x, v;     ///< reference and current position, velocity
+  Vec3 omega;       ///< half the curl of the velocity field, in the current configuration
+  double mass;      ///< m/8
+  double radius;    ///< half the cube root of the volume: h/4 for a cube
+  double volume;    ///< reference volume of the eighth, exact
+  Vec3 face[6];     ///< reference vector from X to the middle of the quarter patch of the slot
   Vec3 area_normal[6];    ///< reference area vector of the patch, out along the slot
   double area[6];         ///< its length
   int node;               ///< k, the corner of the element that it belongs to
@@ -47,8 +47,8 @@ constexpr bool slot_is_outer(int node, int slot)
 /// \param X, x, v  reference and current positions and velocities of the element's nodes
 /// \param mass     of the element
 /// The element must be valid (positive volume of every eighth), which create and read check.
-std::array<NewDE, 8> convert_hex(const fe::HexCoords &X, const fe::HexCoords &x, const fe::HexCoords &v,
-                                 double mass);
+std::array<NewDE, 8> convert_hex(const fe::HexCoords &X, const fe::HexCoords &x,
+                                 const fe::HexCoords &v, double mass);
 
 /// Cell of a new DE with inner joints to its siblings filled in; outer dX are 0, no ties.
 GeneralCell cell_of(const std::array<NewDE, 8> &de, int k);

@@ -39,13 +39,13 @@ double reduced_lambda(const CornerModuli &moduli, int joints);
 /// DEs whose joints are mutually perpendicular (boxes: cubes or bricks, also graded). All arrays
 /// are the caller's; nothing is kept.
 struct OrthogonalLattice {
-  int n;                            ///< number of DEs
-  const int *self;                  ///< [n] index of the DE into x
-  const int (*nb)[6];               ///< [n] other end: >= 0 index into x, < 0 index ~nb into points;
-                                    ///< ignored where the joint is absent
-  const unsigned char *present;     ///< [n] bit s set: slot s is a connective joint
-  const double (*len)[6];           ///< [n] reference length of the joint; > 0, also where absent
-  const double (*half)[6];          ///< [n] thickness of the cell towards the slot
+  int n;                           ///< number of DEs
+  const int *self;                 ///< [n] index of the DE into x
+  const int (*nb)[6];              ///< [n] other end: >= 0 index into x, < 0 index ~nb into points;
+                                   ///< ignored where the joint is absent
+  const unsigned char *present;    ///< [n] bit s set: slot s is a connective joint
+  const double (*len)[6];          ///< [n] reference length of the joint; > 0, also where absent
+  const double (*half)[6];         ///< [n] thickness of the cell towards the slot
   const unsigned char *material;    ///< [n] index into the table of moduli; null: all 0
 };
 

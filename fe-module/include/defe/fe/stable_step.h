@@ -10,6 +10,8 @@ namespace defe::fe {
 /// eigenvalue of M^-1 K, M = m_e/8. By a dense eigen-solve, exact to rounding. The largest value
 /// over the elements of a mesh is an upper bound of the mesh's largest eigenfrequency (Irons and
 /// Treharne 1971; it holds because the lumped masses of a mesh are sums of element masses).
+/// In meshes of unlike elements it is some 10 to 20 % too high: 2.09e-7 s is the critical step of the
+/// paper's beam, 1.71e-7 s that of its narrowest element.
 /// One call costs some 15 us: call it once per distinct shape.
 double max_frequency(const HexCoords &X, const IsotropicElastic &material);
 

@@ -22,8 +22,8 @@ inline constexpr int hex_face[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
                                        {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
 
 namespace detail {
-inline constexpr int hex_edge[8][3] = {{1, 3, 4}, {0, 2, 5}, {3, 1, 6}, {2, 0, 7},
-                                       {5, 7, 0}, {4, 6, 1}, {7, 5, 2}, {6, 4, 3}};
+  inline constexpr int hex_edge[8][3] = {{1, 3, 4}, {0, 2, 5}, {3, 1, 6}, {2, 0, 7},
+                                         {5, 7, 0}, {4, 6, 1}, {7, 5, 2}, {6, 4, 3}};
 }
 
 /// The node at the other end of the edge that leaves `node` (0..7) along natural axis 0..2.
@@ -86,6 +86,7 @@ match_faces(const std::vector<std::array<std::int64_t, 8>> &hexes);
 
 }    // namespace defe::fe
 
-template <> struct std::hash<defe::fe::FaceKey> : defe::fe::FaceKeyHash {};
+template <> struct std::hash<defe::fe::FaceKey> : defe::fe::FaceKeyHash {
+};
 
 #endif

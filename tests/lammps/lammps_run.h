@@ -1,0 +1,299 @@
+#ifndef DEFE_TEST_LAMMPS_RUN_H
+#define DEFE_TEST_LAMMPS_RUN_H
+
+// LAMMPS in a test: starting it quietly, giving it commands, and getting at what it computed.
+//
+// Everything here is collective: all ranks of the communicator call it, and all get the same answer.
+// With the environment variable DEFE_TEST_LOG set, each LAMMPS writes log.SUITE.TEST.N.
+//
+// Two LAMMPS must not be alive at the same time: the plugin registers its styles in one of them only.
+
+#include "defe/types.h"
+
+#include "atom.h"
+#include "domain.h"
+#include "exceptions.h"
+#include "fix.h"
+#include "input.h"
+#include "lammps.h"
+#include "modify.h"
+#include "update.h"
+#include "variable.h"
+
+#include <gtest/gtest.h>
+#include <mpi.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace defe::test {
+
+using LAMMPS_NS::bigint;
+using LAMMPS_NS::tagint;
+
+/// Entries of fix defe's vector, numbered as in an input script (f_fe[1] ...).
+enum Entry {
+  ELEMENTS = 1, CONVERTED, DES, CONNECTIVE, COHESIVE, CONTACT, TIES, S1_MAX, E_ELEMENTS, E_JOINTS,
+  E_TIES, E_COHESIVE, E_CONTACT, E_KINETIC, FRACTURE, RELEASE, DAMPING, FRICTION, CONV_STRAIN,
+  CONV_KINETIC, EXTERNAL, TOTAL, BALANCE, FIRST_CONVERSION, FIRST_DAMAGE
+};
+
+/// A node or a DE. x is unwrapped.
+struct Particle {
+  tagint tag;
+  int type;
+  double radius, mass;
+  Vec3 x, v, f, omega, torque;
+};
+using Particles = std::map<tagint, Particle>;
+
+/// Numbers in a command must come back as they were.
+inline std::string number(double a)
+{
+  char text[40];
+  std::snprintf(text, sizeof text, "%.17g", a);
+  return text;
+}
+
+inline int rank_of(MPI_Comm comm)
+{
+  int rank;
+  MPI_Comm_rank(comm, &rank);
+  return rank;
+}
+
+inline int size_of(MPI_Comm comm)
+{
+  int size;
+  MPI_Comm_size(comm, &size);
+  return size;
+}
+
+class Lammps {
+ public:
+  explicit Lammps(MPI_Comm comm = MPI_COMM_WORLD) : comm(comm)
+  {
+    std::string log = "none";
+    if (std::getenv("DEFE_TEST_LOG")) {
+      static int count = 0;
+      const auto *test = testing::UnitTest::GetInstance()->current_test_info();
+      log = std::string("log.") + test->test_suite_name() + "." + test->name() + "." +
+          std::to_string(++count);
+      std::replace(log.begin(), log.end(), '/', '_');
+    }
+    std::vector<std::string> arguments = {"test", "-screen", "none", "-log", log, "-nocite"};
+    std::vector<char *> pointers;
+    for (auto &a : arguments) pointers.push_back(a.data());
+    lmp = std::make_unique<LAMMPS_NS::LAMMPS>(static_cast<int>(pointers.size()), pointers.data(),
+                                              comm);
+    command("plugin load " DEFE_PLUGIN_PATH);
+  }
+
+  /// Lines of an input script; '&' at the end of a line continues it.
+  Lammps &commands(const std::string &script)
+  {
+    std::istringstream in(script);
+    std::string line, whole;
+    while (std::getline(in, line)) {
+      const auto last = line.find_last_not_of(" \t");
+      if (last == std::string::npos) continue;
+      if (line[last] == '&') {
+        whole += line.substr(0, last) + " ";
+        continue;
+      }
+      command(whole + line);
+      whole.clear();
+    }
+    return *this;
+  }
+
+  void command(const std::string &line) { lmp->input->one(line); }
+
+  void run(bigint steps) { command("run " + std::to_string(steps)); }
+
+  LAMMPS_NS::LAMMPS *operator->() { return lmp.get(); }
+
+  bigint step() const { return lmp->update->ntimestep; }
+  bigint natoms() const { return lmp->atom->natoms; }
+
+  double fe(Entry entry)
+  {
+    auto *fix = lmp->modify->get_fix_by_id("fe");
+    if (!fix) throw std::runtime_error("no fix fe");
+    return fix->compute_vector(entry - 1);
+  }
+
+  /// Value of a formula in LAMMPS' own notation.
+  double value(const std::string &formula) { return lmp->input->variable->compute_equal(formula); }
+
+  /// Record equal-style formulas ("c_1", "f_fe[3]/2", ...) every `every` steps of the runs that
+  /// follow, the first step included.
+  void record(const std::vector<std::string> &formulas, int every)
+  {
+    std::string list;
+    for (size_t k = 0; k < formulas.size(); k++) {
+      const std::string name = "recorded" + std::to_string(k);
+      command("variable " + name + " equal \"" + formulas[k] + "\"");
+      list += " v_" + name;
+    }
+    command("fix recorder all vector " + std::to_string(every) + list);
+  }
+
+  /// The record of value k.
+  std::vector<double> recorded(int k = 0)
+  {
+    auto *fix = lmp->modify->get_fix_by_id("recorder");
+    std::vector<double> result;
+    if (fix->array_flag)
+      for (int i = 0; i < fix->size_array_rows; i++) result.push_back(fix->compute_array(i, k));
+    else
+      for (int i = 0; i < fix->size_vector; i++) result.push_back(fix->compute_vector(i));
+    return result;
+  }
+
+  /// All nodes and DEs, by ID.
+  Particles particles()
+  {
+    const auto *atom = lmp->atom;
+    std::vector<Particle> mine, all;
+    for (int i = 0; i < atom->nlocal; i++) {
+      Particle p;
+      p.tag = atom->tag[i];
+      p.type = atom->type[i];
+      p.radius = atom->radius[i];
+      p.mass = atom->rmass[i];
+      double x[3];
+      lmp->domain->unmap(atom->x[i], atom->image[i], x);
+      p.x = Vec3(x[0], x[1], x[2]);
+      p.v = Vec3(atom->v[i][0], atom->v[i][1], atom->v[i][2]);
+      p.f = Vec3(atom->f[i][0], atom->f[i][1], atom->f[i][2]);
+      p.omega = Vec3(atom->omega[i][0], atom->omega[i][1], atom->omega[i][2]);
+      p.torque = Vec3(atom->torque[i][0], atom->torque[i][1], atom->torque[i][2]);
+      mine.push_back(p);
+    }
+    const int nprocs = size_of(comm), bytes = static_cast<int>(mine.size() * sizeof(Particle));
+    std::vector<int> count(nprocs), offset(nprocs, 0);
+    MPI_Allgather(&bytes, 1, MPI_INT, count.data(), 1, MPI_INT, comm);
+    for (int p = 1; p < nprocs; p++) offset[p] = offset[p - 1] + count[p - 1];
+    all.resize((offset.back() + count.back()) / sizeof(Particle));
+    MPI_Allgatherv(mine.data(), bytes, MPI_BYTE, all.data(), count.data(), offset.data(), MPI_BYTE,
+                   comm);
+    Particles result;
+    for (const auto &p : all)
+      if (!result.emplace(p.tag, p).second)
+        throw std::runtime_error("atom ID " + std::to_string(p.tag) + " exists twice");
+    return result;
+  }
+
+  /// A column of a per-atom compute or fix-free vector, by ID: c_ID[column] of LAMMPS.
+  std::map<tagint, double> per_atom(const std::string &compute, int column = 0);
+
+  /// Set positions and velocities of all particles: change(Particle &) may alter x and v.
+  template <class Change> void change(const Change &change_one)
+  {
+    auto *atom = lmp->atom;
+    for (int i = 0; i < atom->nlocal; i++) {
+      Particle p;
+      p.tag = atom->tag[i];
+      p.type = atom->type[i];
+      p.radius = atom->radius[i];
+      p.mass = atom->rmass[i];
+      p.x = Vec3(atom->x[i][0], atom->x[i][1], atom->x[i][2]);
+      p.v = Vec3(atom->v[i][0], atom->v[i][1], atom->v[i][2]);
+      p.omega = Vec3(atom->omega[i][0], atom->omega[i][1], atom->omega[i][2]);
+      change_one(p);
+      for (int k = 0; k < 3; k++) {
+        atom->x[i][k] = p.x[k];
+        atom->v[i][k] = p.v[k];
+        atom->omega[i][k] = p.omega[k];
+      }
+    }
+  }
+
+ private:
+  MPI_Comm comm;
+  std::unique_ptr<LAMMPS_NS::LAMMPS> lmp;
+};
+
+// ---- sums over particles ----
+
+inline double total_mass(const Particles &all)
+{
+  double m = 0.0;
+  for (const auto &p : all) m += p.second.mass;
+  return m;
+}
+
+inline Vec3 momentum(const Particles &all)
+{
+  Vec3 sum = Vec3::Zero();
+  for (const auto &p : all) sum += p.second.mass * p.second.v;
+  return sum;
+}
+
+inline Vec3 centre_of_mass(const Particles &all)
+{
+  Vec3 sum = Vec3::Zero();
+  for (const auto &p : all) sum += p.second.mass * p.second.x;
+  return sum / total_mass(all);
+}
+
+/// About a fixed point, with the spins of the DEs (solid spheres).
+inline Vec3 angular_momentum(const Particles &all, const Vec3 &about = Vec3::Zero())
+{
+  Vec3 sum = Vec3::Zero();
+  for (const auto &it : all) {
+    const auto &p = it.second;
+    sum += p.mass * (p.x - about).cross(p.v) + 0.4 * p.mass * p.radius * p.radius * p.omega;
+  }
+  return sum;
+}
+
+inline double kinetic_energy(const Particles &all)
+{
+  double sum = 0.0;
+  for (const auto &it : all) {
+    const auto &p = it.second;
+    sum += 0.5 * p.mass * (p.v.squaredNorm() + 0.4 * p.radius * p.radius * p.omega.squaredNorm());
+  }
+  return sum;
+}
+
+/// Sum of |f|^2/m. The velocity Verlet integrator keeps, in a linear system, exactly
+/// E - dt^2/8 times this, where E = kinetic + potential energy at full steps: E itself swings with
+/// the potential energy by (omega dt)^2/4.
+inline double force_term(const Particles &all)
+{
+  double sum = 0.0;
+  for (const auto &p : all) sum += p.second.f.squaredNorm() / p.second.mass;
+  return sum;
+}
+
+/// First crossing of zero by a record of equidistant values, from `start` on, in units of its
+/// interval; throws if there is none.
+inline double zero_crossing(const std::vector<double> &a, double start = 0.0)
+{
+  for (size_t i = std::max<size_t>(1, static_cast<size_t>(std::ceil(start)) + 1); i < a.size(); i++)
+    if (a[i - 1] != 0.0 && a[i - 1] * a[i] <= 0.0)
+      return static_cast<double>(i - 1) + a[i - 1] / (a[i - 1] - a[i]);
+  throw std::runtime_error("the record does not cross zero");
+}
+
+inline double largest_deviation(const std::vector<double> &a)
+{
+  double d = 0.0;
+  for (double v : a) d = std::max(d, std::abs(v - a.front()));
+  return d;
+}
+
+}    // namespace defe::test
+
+#endif

@@ -1,0 +1,267 @@
+// Contact of two spheres: restitution, friction, rotation, energy.
+
+#include "defe/coupling/contact_law.h"
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+using namespace defe;
+
+namespace {
+
+/// Two spheres, integrated by velocity Verlet.
+struct Pair {
+  double ri = 1.0, rj = 1.0, mi = 2.0, mj = 2.0;
+  double distance = 2.0;    // at contact
+  Vec3 xi = Vec3::Zero(), xj = Vec3::Zero(), vi = Vec3::Zero(), vj = Vec3::Zero();
+  Vec3 wi = Vec3::Zero(), wj = Vec3::Zero(), history = Vec3::Zero();
+  double damped = 0.0, rubbed = 0.0;
+  ContactResult r;
+  ContactParameters p;
+
+  explicit Pair(const ContactParameters &p) : p(p) {}
+
+  double reduced() const { return mi * mj / (mi + mj); }
+  double inertia_i() const { return 0.4 * mi * ri * ri; }
+  double inertia_j() const { return 0.4 * mj * rj * rj; }
+
+  void evaluate(double dt)
+  {
+    r = sphere_contact(xi - xj, vi - vj, wi, wj, ri, rj, distance, reduced(), dt, history, p);
+    damped += r.damped;
+    rubbed += r.rubbed;
+  }
+  void kick(double dt)
+  {
+    vi += 0.5 * dt / mi * r.force;
+    vj -= 0.5 * dt / mj * r.force;
+    wi += 0.5 * dt / inertia_i() * r.torque_i;
+    wj += 0.5 * dt / inertia_j() * r.torque_j;
+  }
+  void step(double dt)
+  {
+    kick(dt);
+    xi += dt * vi;
+    xj += dt * vj;
+    evaluate(dt);
+    kick(dt);
+  }
+  /// until they have touched and parted
+  void collide(double dt)
+  {
+    evaluate(0.0);
+    bool touched = false;
+    for (int k = 0; k < 10000000; ++k) {
+      step(dt);
+      if (r.overlap > 0.0) touched = true;
+      if (touched && r.overlap <= 0.0) return;
+    }
+    FAIL() << "the spheres never parted";
+  }
+  double kinetic() const
+  {
+    return 0.5 *
+        (mi * vi.squaredNorm() + mj * vj.squaredNorm() + inertia_i() * wi.squaredNorm() +
+         inertia_j() * wj.squaredNorm());
+  }
+  Vec3 momentum() const { return mi * vi + mj * vj; }
+  Vec3 angular_momentum() const
+  {
+    return mi * xi.cross(vi) + mj * xj.cross(vj) + inertia_i() * wi + inertia_j() * wj;
+  }
+};
+
+double period(const ContactParameters &p, double reduced)
+{
+  return 2.0 * std::acos(-1.0) / std::sqrt(p.kn / reduced);
+}
+
+}    // namespace
+
+TEST(Contact, DampingRatio)
+{
+  EXPECT_EQ(damping_ratio(1.0), 0.0);
+  EXPECT_NEAR(damping_ratio(std::exp(-2.0)), 1.0, 1e-6);
+  EXPECT_NEAR(damping_ratio(1e-4), 0.5 / std::sqrt(1e-4), 0.5);
+  // slightly damped: the usual formula e = exp(-pi zeta)
+  EXPECT_NEAR(damping_ratio(0.99), -std::log(0.99) / std::acos(-1.0), 1e-4);
+  double last = -1.0;
+  for (double e = 1.0; e > 1e-4; e *= 0.97) {
+    EXPECT_GT(damping_ratio(e), last);
+    last = damping_ratio(e);
+  }
+}
+
+TEST(Contact, ParametersAreChecked)
+{
+  EXPECT_NO_THROW(contact_parameters(1.0, 0.0, 1.0, 0.0));
+  EXPECT_THROW(contact_parameters(0.0, 1.0, 0.5, 0.1), std::invalid_argument);
+  EXPECT_THROW(contact_parameters(1.0, -1.0, 0.5, 0.1), std::invalid_argument);
+  EXPECT_THROW(contact_parameters(1.0, 1.0, 0.0, 0.1), std::invalid_argument);
+  EXPECT_THROW(contact_parameters(1.0, 1.0, 1.1, 0.1), std::invalid_argument);
+  EXPECT_THROW(contact_parameters(1.0, 1.0, 0.5, -0.1), std::invalid_argument);
+  EXPECT_THROW(contact_parameters(1.0, 1.0, std::nan(""), 0.1), std::invalid_argument);
+}
+
+TEST(Contact, MeasuredRestitution)
+{
+  for (double e : {1.0, 0.95, 0.9, 0.7, 0.5, 0.3, 0.135, 0.1, 0.05}) {
+    Pair pair(contact_parameters(1e6, 0.0, e, 0.0));
+    pair.mj = 5.0;
+    pair.xi = Vec3(2.0 * (1.0 + 1e-9), 0.0, 0.0);
+    pair.vi = Vec3(-3.0, 0.0, 0.0);
+    pair.vj = Vec3(1.0, 0.0, 0.0);
+    const double dt = period(pair.p, pair.reduced()) / 20000.0 * (e < 0.2 ? 0.2 : 1.0);
+    const double before = pair.kinetic();
+    // The force ends before the overlap does; wait for that only.
+    pair.evaluate(0.0);
+    double largest = 0.0;
+    for (int k = 0; k < 1000000; ++k) {
+      pair.step(dt);
+      const double pull = pair.r.force[0];
+      EXPECT_GE(pull, 0.0);
+      largest = std::max(largest, pull);
+      if (largest > 0.0 && pull == 0.0) break;
+    }
+    EXPECT_NEAR((pair.vi - pair.vj)[0], 4.0 * e, 4.0 * 2e-3 * e) << e;
+    EXPECT_NEAR(pair.momentum()[0], -2.0 * 3.0 + 5.0 * 1.0, 1e-12);
+    EXPECT_NEAR(pair.kinetic() + pair.damped + pair.r.stored, before, 2e-3 * before);
+  }
+  // the damping ratio is found from e if nobody has filled it in
+  Pair pair({1e6, 0.0, 0.5, 0.0});
+  pair.xi = Vec3(2.0, 0.0, 0.0);
+  pair.vi = Vec3(-1.0, 0.0, 0.0);
+  pair.collide(period(pair.p, pair.reduced()) / 20000.0);
+  EXPECT_NEAR((pair.vi - pair.vj)[0], 0.5, 2e-3);
+}
+
+TEST(Contact, ForceIsTheSpringsAndNothingPulls)
+{
+  const ContactParameters p = contact_parameters(1e6, 1e6, 0.5, 0.3);
+  Vec3 history = Vec3::Zero();
+  const Vec3 none = Vec3::Zero();
+  // contact distance less than the sum of the radii
+  ContactResult r =
+      sphere_contact(Vec3(0.0, 1.9, 0.0), none, none, none, 1.0, 1.2, 2.0, 1.0, 1e-6, history, p);
+  EXPECT_NEAR(r.overlap, 0.1, 1e-15);
+  EXPECT_LT((r.force - Vec3(0.0, 1e5, 0.0)).norm(), 1e-8);
+  EXPECT_NEAR(r.stored, 0.5 * 1e6 * 0.01, 1e-9);
+  EXPECT_EQ(r.torque_i, none);
+  // leaving so fast that the dashpot would pull
+  r = sphere_contact(Vec3(0.0, 1.9, 0.0), Vec3(0.0, 1e4, 0.0), none, none, 1.0, 1.2, 2.0, 1.0, 1e-6,
+                     history, p);
+  EXPECT_EQ(r.force, none);
+  EXPECT_GT(r.damped, 0.0);
+  // apart
+  history = Vec3(1.0, 0.0, 0.0);
+  r = sphere_contact(Vec3(0.0, 2.1, 0.0), none, none, none, 1.0, 1.2, 2.0, 1.0, 1e-6, history, p);
+  EXPECT_LT(r.overlap, 0.0);
+  EXPECT_EQ(r.force, none);
+  EXPECT_EQ(history, none);
+}
+
+// A constant normal load, the other sphere dragged past slowly: stick up to mu F_n, then slip, and
+// back after the direction is reversed.
+TEST(Contact, CoulombSlip)
+{
+  const ContactParameters p = contact_parameters(1e6, 5e5, 1.0, 0.3);
+  const Vec3 none = Vec3::Zero(), apart(0.0, 0.0, 1.9);
+  const double F_n = 1e6 * 0.1, speed = 0.2, dt = 1e-3;
+  Vec3 history = none;
+  double displacement = 0.0, work = 0.0, rubbed = 0.0, stored = 0.0, force = 0.0;
+  const double limit = p.friction * F_n;
+  for (int k = 0; k < 1000; ++k) {
+    const double v = k < 600 ? speed : -speed;
+    const double before = force;
+    const ContactResult r =
+        sphere_contact(apart, Vec3(v, 0.0, 0.0), none, none, 1.0, 1.0, 2.0, 1.0, dt, history, p);
+    displacement += v * dt;
+    force = r.force[0];
+    work -= 0.5 * (force + before) * v * dt;
+    rubbed += r.rubbed;
+    stored = r.stored - 0.5 * 1e6 * 0.01;
+    if (k < 600) {
+      EXPECT_NEAR(force, -std::min(5e5 * displacement, limit), 1e-8);
+      EXPECT_EQ(r.slipping, 5e5 * displacement > limit * (1.0 + 1e-12));
+    }
+    EXPECT_LE(std::abs(force), limit * (1.0 + 1e-12));
+    EXPECT_GE(r.rubbed, 0.0);
+    // torques of both: the same sense, half the distance each
+    EXPECT_LT((r.torque_i - r.torque_j).norm(), 1e-8);
+    EXPECT_NEAR(r.torque_i[1], -0.95 * force, 1e-8);
+    EXPECT_NEAR(work, stored + rubbed, 1e-10 * (1.0 + work));
+  }
+  EXPECT_NEAR(rubbed, limit * (600 * speed * dt - limit / 5e5), 1e-6);
+}
+
+// Sphere on a heavy body with gross sliding, at the angle theta from the normal: tangential
+// restitution 1 - mu (1 + e) cot theta, spin 5/2 of the change over the radius.
+TEST(Contact, ObliqueImpactWithGrossSliding)
+{
+  for (double e : {1.0, 0.8, 0.5})
+    for (double mu : {0.05, 0.092}) {
+      const double theta = 1.2, speed = 4.0;
+      Pair pair(contact_parameters(1e7, 1e7, e, mu));
+      pair.mj = 1e12;
+      pair.xi = Vec3(0.0, 0.0, 2.0 * (1.0 + 1e-9));
+      pair.vi = speed * Vec3(std::sin(theta), 0.0, -std::cos(theta));
+      const double before = pair.vi[0];
+      // The contact should not move along the sphere j: large and flat.
+      pair.rj = 1e6;
+      pair.distance = pair.ri + pair.rj;
+      pair.xj = Vec3(0.0, 0.0, pair.xi[2] - pair.distance * (1.0 + 1e-12));
+      pair.collide(period(pair.p, pair.reduced()) / 20000.0);
+      const double expected = 1.0 - mu * (1.0 + e) / std::tan(theta);
+      EXPECT_NEAR(pair.vi[0] / before, expected, 1e-3) << "e " << e << " mu " << mu;
+      EXPECT_NEAR(pair.wi[1] * pair.ri, 2.5 * before * (1.0 - expected), 4e-3 * before);
+    }
+}
+
+// A pair that turns as a rigid body about any axis neither slips nor loses its tangential force.
+TEST(Contact, PairThatRotatesAsARigidBody)
+{
+  const ContactParameters p = contact_parameters(1e6, 1e6, 0.5, 10.0);
+  for (const Vec3 &axis : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 2, -1)}) {
+    const Vec3 omega = 3.0 * axis.normalized();
+    const double dt = 1e-4;
+    Vec3 history(0.0, 0.01, 0.005);
+    const Vec3 x0(1.9, 0.0, 0.0), h0 = history;
+    Mat3 R = Mat3::Identity();
+    ContactResult r;
+    for (int k = 1; k <= 10000; ++k) {
+      R = Eigen::AngleAxisd(omega.norm() * dt * k, omega.normalized()).toRotationMatrix();
+      const Vec3 x = R * x0;
+      r = sphere_contact(x, omega.cross(x), omega, omega, 0.8, 1.2, 2.0, 1.0, dt, history, p);
+    }
+    EXPECT_FALSE(r.slipping);
+    EXPECT_NEAR(r.damped, 0.0, 1e-12);
+    EXPECT_NEAR(history.norm(), h0.norm(), 1e-9 * h0.norm());
+    EXPECT_LT((history - R * h0).norm(), 2e-3 * h0.norm());    // first order in dt about the normal
+  }
+}
+
+// Any collision: linear and angular momentum to rounding, energy within the integrator's error.
+TEST(Contact, MomentumAndEnergyOfACollision)
+{
+  Pair pair(contact_parameters(1e6, 8e5, 0.6, 0.4));
+  pair.ri = 0.7;
+  pair.rj = 1.1;
+  pair.distance = 1.75;    // spheres that overlap in the reference state
+  pair.mj = 7.0;
+  pair.xi = Vec3(1.0, 1.0, 1.0).normalized() * 1.76;
+  pair.vi = Vec3(-2.0, -1.0, 0.5);
+  pair.vj = Vec3(1.0, 0.5, 0.7);
+  pair.wi = Vec3(3.0, -2.0, 1.0);
+  pair.wj = Vec3(-1.0, 4.0, 2.0);
+  const Vec3 momentum = pair.momentum(), angular = pair.angular_momentum();
+  const double energy = pair.kinetic();
+  pair.collide(period(pair.p, pair.reduced()) / 50000.0);
+  EXPECT_LT((pair.momentum() - momentum).norm(), 1e-10);
+  EXPECT_LT((pair.angular_momentum() - angular).norm(), 1e-9);
+  EXPECT_NEAR(pair.kinetic() + pair.damped + pair.rubbed, energy, 2e-3 * energy);
+  EXPECT_GT(pair.damped, 0.0);
+  EXPECT_GT(pair.rubbed, 0.0);
+}
