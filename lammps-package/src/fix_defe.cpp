@@ -276,7 +276,7 @@ FixDefe::~FixDefe()
 
 int FixDefe::setmask()
 {
-  return PRE_EXCHANGE | PRE_NEIGHBOR | PRE_REVERSE | POST_FORCE | END_OF_STEP | POST_RUN |
+  return INITIAL_INTEGRATE | PRE_EXCHANGE | PRE_NEIGHBOR | PRE_REVERSE | POST_FORCE | END_OF_STEP | POST_RUN |
       MIN_PRE_NEIGHBOR | MIN_PRE_REVERSE;
 }
 
@@ -505,16 +505,16 @@ void FixDefe::pre_neighbor()
       defe::GeneralCell cell;
       cell.tie = 0;
       for (int s = 0; s < 6; s++) {
-        JointSlot &slot = r.slot[s];
+        const JointSlot &slot = r.slot[s];
         cell.dX[s].setZero();
         cell.face[s] = Vec3(slot.face);
-        if (slot.kind == DefeJoint::DE) {
-          int j = domain->closest_image(i, atom->map(slot.other));
-          if (j < 0) {
-            // the other DE left the box or was deleted
-            slot.kind = DefeJoint::NONE;
-            continue;
-          }
+        if (slot.kind == DefeJoint::DE && slot.state != DefeJoint::CONTACT) {
+          const int j = domain->closest_image(i, atom->map(slot.other));
+          if (j < 0)
+            error->one(FLERR,
+                       "DE {} is joined to DE {}, which is missing on proc {} at step {}: it was "
+                       "lost or deleted, or the communication cutoff is too small",
+                       atom->tag[i], slot.other, comm->me, update->ntimestep);
           for (int k = 0; k < 3; k++) cell.dX[s][k] = xframe[j][k] - xframe[i][k];
         } else if (slot.kind == DefeJoint::TIE) {
           cell.tie |= 1 << s;
@@ -566,13 +566,13 @@ void FixDefe::pre_neighbor()
         jt.partner[d][s] = -1;
         jt.len[d][s] = jt.half[d][s] = cell.face[s].norm();
         jt.state[6 * d + s] = slot.state;
-        if (slot.kind == DefeJoint::NONE) continue;
+        if (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT) continue;
         jt.len[d][s] = cell.dX[s].norm();
         if (slot.kind == DefeJoint::DE) {
           const int j = domain->closest_image(i, atom->map(slot.other));
           jt.nb[d][s] = j;
           if (jt.of_atom[j] >= 0) jt.partner[d][s] = 6 * jt.of_atom[j] + slot.partner;
-          jt.half[d][s] = 0.5 * jt.len[d][s];
+          if (slot.state == DefeJoint::CONNECTIVE) jt.half[d][s] = 0.5 * jt.len[d][s];
         } else {
           std::array<int, 4> node;
           for (int k = 0; k < 4; k++) {
@@ -714,10 +714,37 @@ void FixDefe::post_force(int /*vflag*/)
   if (n) memcpy(f_internal.data(), &atom->f[0][0], n * sizeof(double));
 }
 
+/* ----------------------------------------------------------------------
+   power of all forces that are not ours, with velocities at the full step
+------------------------------------------------------------------------- */
+
+double FixDefe::power_of_others() const
+{
+  const int nlocal = atom->nlocal;
+  double **f = atom->f;
+  double **v = atom->v;
+  double power = 0.0;
+  for (int i = 0; i < nlocal; i++)
+    for (int k = 0; k < 3; k++) power += (f[i][k] - f_internal[3 * i + k]) * v[i][k];
+  return power;
+}
+
+/* ----------------------------------------------------------------------
+   first half kick: the forces of the last step, or those of setup
+------------------------------------------------------------------------- */
+
+void FixDefe::initial_integrate(int /*vflag*/)
+{
+  if (after_setup) external_power = power_of_others();
+  after_setup = false;
+  ledger.external += 0.5 * update->dt * external_power;
+}
+
 /* ---------------------------------------------------------------------- */
 
 void FixDefe::setup(int vflag)
 {
+  after_setup = true;
   post_force(vflag);
   mark_elements();
 }
@@ -726,16 +753,10 @@ void FixDefe::setup(int vflag)
 
 void FixDefe::end_of_step()
 {
-  // work of all forces that are not ours: f v dt with v at the full step is exact for
-  // the kicks of velocity Verlet
+  // second half kick of this step
 
-  const int nlocal = atom->nlocal;
-  double **f = atom->f;
-  double **v = atom->v;
-  double work = 0.0;
-  for (int i = 0; i < nlocal; i++)
-    for (int k = 0; k < 3; k++) work += (f[i][k] - f_internal[3 * i + k]) * v[i][k];
-  ledger.external += work * update->dt;
+  external_power = power_of_others();
+  ledger.external += 0.5 * update->dt * external_power;
 
   mark_elements();
   vector_step = -1;

@@ -42,6 +42,7 @@ class FixDefe : public Fix {
   void setup(int) override;
   void min_pre_neighbor() override { pre_neighbor(); }
   void min_pre_reverse(int eflag, int vflag) override { pre_reverse(eflag, vflag); }
+  void initial_integrate(int) override;
   void pre_exchange() override;
   void pre_neighbor() override;
   void pre_reverse(int, int) override;
@@ -289,7 +290,10 @@ class FixDefe : public Fix {
   std::vector<int> loss_count;
 
   // ---- ledger ----
-  std::vector<double> f_internal;
+  std::vector<double> f_internal;    // forces of owned atoms before other fixes add theirs
+  double external_power = 0.0;
+  bool after_setup = false;
+  double power_of_others() const;
   double virial_fe[6];
   double fe_energy_all();
   double vector_values[25];

@@ -514,6 +514,7 @@ void PairDefeJoint::criterion()
     const int d = c.first;
     const double before = jt.energy[d];
     jt.present[d] &= ~(1u << c.second);
+    jt.half[d][c.second] = Vec3(jt.rec[d]->slot[c.second].face).norm();
     jt.energy[d] = fix->de_energy(d, jt.present[d]);
     fix->ledger.release += before - jt.energy[d];
     fix->stored.joints -= before - jt.energy[d];
