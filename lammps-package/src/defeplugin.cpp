@@ -79,14 +79,12 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
     plugin.creator.v2 = reinterpret_cast<lammpsplugin_factory2 *>(creator);
     (*register_plugin)(&plugin, lmp);
   };
-  const char *info = "DEFE " DEFE_VERSION;
-
-  two("fix", "defe", info, with_arguments<FixDefe>);
-  one("pair", "defe/joint", info, one_argument<PairDefeJoint>);
-  one("pair", "defe/connective", info, one_argument<PairDefeConnective>);
-  one("pair", "defe/cohesive", info, one_argument<PairDefeCohesive>);
-  one("pair", "defe/contact", info, one_argument<PairDefeContact>);
-  two("compute", "defe/atom", info, with_arguments<ComputeDefeAtom>);
-  two("compute", "defe/hex/local", info, with_arguments<ComputeDefeHexLocal>);
-  one("command", "create_hexes", info, one_argument<CreateHexes>);
+  two("fix", "defe", "DEFE " DEFE_VERSION " fix defe", with_arguments<FixDefe>);
+  one("pair", "defe/joint", "DEFE " DEFE_VERSION " pair defe/joint", one_argument<PairDefeJoint>);
+  one("pair", "defe/connective", "DEFE " DEFE_VERSION " pair defe/connective", one_argument<PairDefeConnective>);
+  one("pair", "defe/cohesive", "DEFE " DEFE_VERSION " pair defe/cohesive", one_argument<PairDefeCohesive>);
+  one("pair", "defe/contact", "DEFE " DEFE_VERSION " pair defe/contact", one_argument<PairDefeContact>);
+  two("compute", "defe/atom", "DEFE " DEFE_VERSION " compute defe/atom", with_arguments<ComputeDefeAtom>);
+  two("compute", "defe/hex/local", "DEFE " DEFE_VERSION " compute defe/hex/local", with_arguments<ComputeDefeHexLocal>);
+  one("command", "create_hexes", "DEFE " DEFE_VERSION " command create_hexes", one_argument<CreateHexes>);
 }

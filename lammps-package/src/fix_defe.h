@@ -247,6 +247,13 @@ class FixDefe : public Fix {
     double centre[3];       // at the last reneighbouring
   };
   std::vector<Facet> facets;
+  struct FacetPlane {
+    bool known;    // in this step
+    defe::Vec3 mid, normal, to_xi, to_eta;
+    double warp;
+    void set(const double *, const double *, const double *, const double *);
+  };
+  std::vector<FacetPlane> facet_planes;
   struct ContactPair {
     int point;    // atom
     int first, count;

@@ -112,6 +112,8 @@ void FixDefe::build_surfaces()
       }
     }
 
+  facet_planes.resize(facets.size());
+
   // points: my nodes on outer faces, and my DEs
 
   struct Point {
@@ -256,6 +258,25 @@ void FixDefe::build_surfaces()
 }
 
 /* ----------------------------------------------------------------------
+   the facet as if it were a parallelogram
+------------------------------------------------------------------------- */
+
+void FixDefe::FacetPlane::set(const double *x0, const double *x1, const double *x2,
+                              const double *x3)
+{
+  known = true;
+  const Vec3 p0(x0), p1(x1), p2(x2), p3(x3);
+  mid = 0.25 * (p0 + p1 + p2 + p3);
+  const Vec3 a = 0.25 * (p1 + p2 - p0 - p3), b = 0.25 * (p2 + p3 - p0 - p1);
+  normal = a.cross(b).normalized();
+  warp = 0.25 * std::abs((p0 - p1 + p2 - p3).dot(normal));
+  const double aa = a.squaredNorm(), ab = a.dot(b), bb = b.squaredNorm();
+  const double det = aa * bb - ab * ab;
+  to_xi = (bb * a - ab * b) / det;
+  to_eta = (aa * b - ab * a) / det;
+}
+
+/* ----------------------------------------------------------------------
    penalty forces, onto owned and ghost atoms
    Sides are kept: a point gets into a body only by crossing a facet, so it can be no
    deeper than it was a step ago plus the way it has gone since. What is deeper, lies
@@ -269,6 +290,7 @@ void FixDefe::contact_forces()
   double **f = atom->f;
   const double dt = update->dt;
   contact_energy = 0.0;
+  for (auto &g : facet_planes) g.known = false;
 
   for (const auto &cp : contact_pairs) {
     const Vec3 p(x[cp.point]);
@@ -284,28 +306,20 @@ void FixDefe::contact_forces()
     for (int k = cp.first; k < cp.first + cp.count; k++) {
       const Facet &facet = facets[contact_facets[k].first];
 
-      // cheap tests first: distance to the middle of the facet and to its plane
+      // cheap tests first: distance to the middle of the facet, to its plane, and over it or not
 
-      const Vec3 q[4] = {Vec3(x[facet.node[0]]), Vec3(x[facet.node[1]]), Vec3(x[facet.node[2]]),
-                         Vec3(x[facet.node[3]])};
-      const Vec3 mid = 0.25 * (q[0] + q[1] + q[2] + q[3]);
-      const Vec3 del = p - mid;
+      FacetPlane &g = facet_planes[contact_facets[k].first];
+      if (!g.known) g.set(x[facet.node[0]], x[facet.node[1]], x[facet.node[2]], x[facet.node[3]]);
+      const Vec3 del = p - g.mid;
       const double cut = facet.size * (0.5 + EDGE_MARGIN + MAX_DEPTH) + cp.r;
       if (del.squaredNorm() > cut * cut) continue;
-      const Vec3 plane = 0.5 * (q[2] - q[0]).cross(q[3] - q[1]);
-      const double height = del.dot(plane) / plane.norm();
-      const double warp = 0.25 * std::abs((q[0] - q[1] + q[2] - q[3]).dot(plane)) / plane.norm();
-      if (height > cp.r + warp) continue;
-      if (height < -MAX_DEPTH * facet.size - warp) continue;
-      if (cp.r == 0.0) {
-        // a node must be over the facet; natural coordinates as if it were a parallelogram
-        const Vec3 a = 0.25 * (q[1] + q[2] - q[0] - q[3]), b = 0.25 * (q[2] + q[3] - q[0] - q[1]);
-        const double aa = a.squaredNorm(), ab = a.dot(b), bb = b.squaredNorm();
-        const double da = del.dot(a), db = del.dot(b), det = aa * bb - ab * ab;
-        const double xi = (da * bb - db * ab) / det, eta = (db * aa - da * ab) / det;
-        if (std::abs(xi) > 1.5 || std::abs(eta) > 1.5) continue;
-      }
-
+      const double height = del.dot(g.normal);
+      if (height > cp.r + g.warp) continue;
+      if (height < -MAX_DEPTH * facet.size - g.warp) continue;
+      if (cp.r == 0.0 && (std::abs(del.dot(g.to_xi)) > 1.25 || std::abs(del.dot(g.to_eta)) > 1.25))
+        continue;
+      const Vec3 q[4] = {Vec3(x[facet.node[0]]), Vec3(x[facet.node[1]]), Vec3(x[facet.node[2]]),
+                         Vec3(x[facet.node[3]])};
       const defe::FacetPoint here = defe::closest_point(p, q);
       const Vec3 off = p - here.closest;
       const double distance = off.norm();
