@@ -721,12 +721,13 @@ void FixDefe::post_force(int /*vflag*/)
 double FixDefe::power_of_others() const
 {
   const int nlocal = atom->nlocal;
-  double **f = atom->f;
-  double **v = atom->v;
-  double power = 0.0;
-  for (int i = 0; i < nlocal; i++)
-    for (int k = 0; k < 3; k++) power += (f[i][k] - f_internal[3 * i + k]) * v[i][k];
-  return power;
+  if (nlocal == 0) return 0.0;
+  const double *f = atom->f[0];
+  const double *v = atom->v[0];
+  double power[3] = {0.0, 0.0, 0.0};    // three sums, so that they need not wait for each other
+  for (int i = 0; i < 3 * nlocal; i += 3)
+    for (int k = 0; k < 3; k++) power[k] += (f[i + k] - f_internal[i + k]) * v[i + k];
+  return power[0] + power[1] + power[2];
 }
 
 /* ----------------------------------------------------------------------
@@ -780,11 +781,11 @@ void FixDefe::mark_elements()
   marked.clear();
   for (auto &b : batches) {
     if (!b.convertible) continue;
+    const Part &p = parts[kernels[b.kernel].part];
     const int n = static_cast<int>(b.node.size());
     for (int e = 0; e < n; e++) {
-      HexRecord &h = *b.hex[e];
-      const Part &p = parts[h.part];
       if (!(b.bound[e] > p.stress)) continue;
+      HexRecord &h = *b.hex[e];
       HexCoords x, X;
       for (int a = 0; a < 8; a++)
         for (int k = 0; k < 3; k++) {

@@ -64,54 +64,99 @@ void FixDefe::build_surfaces()
   for (comm_round = 0; comm_round < hexes_per_node; comm_round++)
     comm->forward_comm(this, 1 + static_cast<int>((sizeof(HexPod) + 7) / 8));
 
+  // what parts, and my DEs, may reach: far from all others there is nothing to do
+
+  struct Box {
+    double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    void add(const double *x)
+    {
+      for (int d = 0; d < 3; d++) {
+        lo[d] = std::min(lo[d], x[d]);
+        hi[d] = std::max(hi[d], x[d]);
+      }
+    }
+    bool near(const double *x, double cut) const
+    {
+      for (int d = 0; d < 3; d++)
+        if (x[d] < lo[d] - cut || x[d] > hi[d] + cut) return false;
+      return true;
+    }
+  };
+  std::vector<Box> box(parts.size());
+  Box de_box;
+  double rmax = 0.0;
+  for (int d = 0; d < jt.nde; d++) {
+    const int i = jt.self[d];
+    rmax = std::max(rmax, atom->radius[i]);
+    de_box.add(atom->x[i]);
+    box[jt.rec[d]->part].add(atom->x[i]);
+  }
+
+  struct Exposed {
+    const HexPod *hex;
+    std::array<int, 8> idx;
+  };
+  std::vector<Exposed> exposed;
   std::vector<int> anchors;
   for (const auto &s : surface_at) anchors.push_back(s.first);
   std::sort(anchors.begin(), anchors.end());
   for (int anchor : anchors)
     for (const auto &h : surface_at[anchor]) {
-      int idx[8];
+      Exposed e;
+      e.hex = &h;
+      e.idx[0] = anchor;
       bool complete = true;
-      idx[0] = anchor;
-      for (int a = 1; a < 8; a++) {
+      for (int a = 1; a < 8 && complete; a++) {
         const int j = atom->map(h.node[a]);
-        if (j < 0) {
-          complete = false;
-          break;
-        }
-        idx[a] = domain->closest_image(anchor, j);
+        complete = j >= 0;
+        if (complete) e.idx[a] = domain->closest_image(anchor, j);
       }
       if (!complete) continue;    // then it is farther away than anything of mine can touch
-      const Material &m = material_of(parts[h.part]);
-      HexCoords X;
-      for (int a = 0; a < 8; a++)
-        for (int k = 0; k < 3; k++) X(k, a) = xframe[idx[a]][k];
-      const double volume = defe::fe::volume(X);
-      for (int f = 0; f < 6; f++) {
-        if (h.nb[f] > 0) continue;
-        Facet facet;
-        facet.element = h.id;
-        facet.face = f;
-        facet.part = h.part;
-        facet.outer = (h.nb[f] == 0);
-        Vec3 P[4];
-        double c[3] = {0.0, 0.0, 0.0};
-        for (int k = 0; k < 4; k++) {
-          const int a = defe::fe::hex_face[f][k];
-          facet.node[k] = idx[a];
-          P[k] = X.col(a);
-          for (int d = 0; d < 3; d++) c[d] += 0.25 * atom->x[idx[a]][d];
-        }
-        for (int d = 0; d < 3; d++) facet.centre[d] = c[d];
-        facet.area = defe::fe::face_area(P);
-        facet.size = std::max((P[2] - P[0]).norm(), (P[3] - P[1]).norm());
-        facet.k_area = m.rigid
-            ? -1.0
-            : defe::penalty_stiffness_per_area(contact_factor, m.elastic.bulk(), facet.area,
-                                               volume);
-        facets.push_back(facet);
-      }
+      for (int i : e.idx) box[h.part].add(atom->x[i]);
+      exposed.push_back(e);
     }
 
+  const double reach =
+      max_diagonal * (0.5 + MAX_DEPTH + EDGE_MARGIN) + rmax + neighbor->skin;
+  for (const auto &e : exposed) {
+    const HexPod &h = *e.hex;
+    double middle[3] = {0.0, 0.0, 0.0};
+    for (int i : e.idx)
+      for (int d = 0; d < 3; d++) middle[d] += 0.125 * atom->x[i][d];
+    const double cut = reach + 0.5 * max_diagonal;
+    bool wanted = de_box.near(middle, cut);
+    for (size_t p = 0; p < parts.size() && !wanted; p++)
+      wanted = static_cast<int>(p) != h.part && box[p].near(middle, cut);
+    if (!wanted) continue;
+
+    const Material &m = material_of(parts[h.part]);
+    HexCoords X;
+    for (int a = 0; a < 8; a++)
+      for (int k = 0; k < 3; k++) X(k, a) = xframe[e.idx[a]][k];
+    const double volume = defe::fe::volume(X);
+    for (int f = 0; f < 6; f++) {
+      if (h.nb[f] > 0) continue;
+      Facet facet;
+      facet.element = h.id;
+      facet.face = f;
+      facet.part = h.part;
+      facet.outer = (h.nb[f] == 0);
+      Vec3 P[4];
+      for (double &c : facet.centre) c = 0.0;
+      for (int k = 0; k < 4; k++) {
+        const int a = defe::fe::hex_face[f][k];
+        facet.node[k] = e.idx[a];
+        P[k] = X.col(a);
+        for (int d = 0; d < 3; d++) facet.centre[d] += 0.25 * atom->x[e.idx[a]][d];
+      }
+      facet.area = defe::fe::face_area(P);
+      facet.size = std::max((P[2] - P[0]).norm(), (P[3] - P[1]).norm());
+      facet.k_area = m.rigid
+          ? -1.0
+          : defe::penalty_stiffness_per_area(contact_factor, m.elastic.bulk(), facet.area, volume);
+      facets.push_back(facet);
+    }
+  }
   facet_planes.resize(facets.size());
 
   // points: my nodes on outer faces, and my DEs
@@ -167,10 +212,6 @@ void FixDefe::build_surfaces()
 
   // facets in a grid of cells as large as the largest reach
 
-  double largest = 0.0, rmax = 0.0;
-  for (const auto &f : facets) largest = std::max(largest, f.size);
-  for (const auto &p : points) rmax = std::max(rmax, p.second.r);
-  const double reach = largest * (0.5 + MAX_DEPTH + EDGE_MARGIN) + rmax + neighbor->skin;
   struct CellHash {
     size_t operator()(const std::array<int, 3> &c) const
     {
@@ -184,8 +225,6 @@ void FixDefe::build_surfaces()
                               static_cast<int>(std::floor(x[1] / reach)),
                               static_cast<int>(std::floor(x[2] / reach))};
   };
-
-  // only facets in the overlap of the bounding boxes of two parts, or near DEs, matter
 
   for (size_t k = 0; k < facets.size(); k++)
     grid[cell_of(facets[k].centre)].push_back(static_cast<int>(k));
