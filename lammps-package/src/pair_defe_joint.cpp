@@ -38,6 +38,9 @@ using namespace LAMMPS_NS;
 using defe::Mat3;
 using defe::Vec3;
 
+static constexpr char HISTORY[] = "NEIGH_HISTORY_DEFE";
+static constexpr char DUMMY[] = "NEIGH_HISTORY_DEFE_DUMMY";
+
 /* ---------------------------------------------------------------------- */
 
 PairDefeJoint::PairDefeJoint(LAMMPS *lmp) : Pair(lmp)
@@ -50,9 +53,11 @@ PairDefeJoint::PairDefeJoint(LAMMPS *lmp) : Pair(lmp)
   comm_forward = 18;
 
   // place holder: contact history must come before fixes that create atoms
+  // its ID is constant, so that a restart file finds it again
 
-  fix_dummy = modify->add_fix("NEIGH_HISTORY_DEFE_DUMMY" + std::to_string(instance_me) +
-                              " all DUMMY");
+  if (modify->get_fix_by_id(HISTORY) || modify->get_fix_by_id(DUMMY))
+    error->all(FLERR, "There can be only one pair style defe/*");
+  modify->add_fix(std::string(DUMMY) + " all DUMMY");
 }
 
 PairDefeJoint::~PairDefeJoint()
@@ -62,11 +67,7 @@ PairDefeJoint::~PairDefeJoint()
     memory->destroy(setflag);
     memory->destroy(cutsq);
   }
-  const auto me = std::to_string(instance_me);
-  if (fix_history)
-    modify->delete_fix("NEIGH_HISTORY_DEFE" + me);
-  else
-    modify->delete_fix("NEIGH_HISTORY_DEFE_DUMMY" + me);
+  modify->delete_fix(fix_history ? HISTORY : DUMMY);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -194,13 +195,10 @@ void PairDefeJoint::init_style()
 
   if (with_contact) {
     neighbor->add_request(this, NeighConst::REQ_SIZE | NeighConst::REQ_HISTORY);
-    const auto me = std::to_string(instance_me);
     if (!fix_history) {
       fix_history = dynamic_cast<FixNeighHistory *>(
-          modify->replace_fix("NEIGH_HISTORY_DEFE_DUMMY" + me,
-                              "NEIGH_HISTORY_DEFE" + me + " all NEIGH_HISTORY 3", 1));
+          modify->replace_fix(DUMMY, std::string(HISTORY) + " all NEIGH_HISTORY 3", 1));
       fix_history->pair = this;
-      fix_dummy = nullptr;
     }
   } else
     neighbor->add_request(this, NeighConst::REQ_SIZE);

@@ -57,7 +57,6 @@ class PairDefeJoint : public Pair {
 
   class FixDefe *fix = nullptr;
   class FixNeighHistory *fix_history = nullptr;
-  class Fix *fix_dummy = nullptr;
 
   std::vector<defe::CornerModuli> table;    // per part
   std::vector<double> young;                // per part
