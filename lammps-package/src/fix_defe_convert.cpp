@@ -246,6 +246,7 @@ void FixDefe::convert_marked()
       Birth birth;
       birth.de = eight[k];
       birth.part = h.part;
+      birth.image = atom->image[(*o.idx)[0]];    // positions are in the frame of that node
       birth.tag = de_base + 8 * (h.id - 1) + k + 1;
       memset(static_cast<void *>(&birth.record), 0, sizeof(DERecord));
       DERecord &r = birth.record;
@@ -353,7 +354,12 @@ void FixDefe::convert_marked()
       atom->omega[i][k] = b.de.omega[k];
     }
     modify->create_attribute(i);
-    const double ref[3] = {b.de.X[0], b.de.X[1], b.de.X[2]};
+    atom->image[i] = b.image;
+    const int box[3] = {static_cast<int>((b.image & IMGMASK) - IMGMAX),
+                        static_cast<int>((b.image >> IMGBITS & IMGMASK) - IMGMAX),
+                        static_cast<int>((b.image >> IMG2BITS) - IMGMAX)};
+    double ref[3];
+    for (int k = 0; k < 3; k++) ref[k] = b.de.X[k] + box[k] * domain->prd[k];
     set_reference(i, ref);
     de[i] = std::make_unique<DERecord>(b.record);
   }
