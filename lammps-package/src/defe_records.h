@@ -67,6 +67,7 @@ struct DefeTouch {
   int part, pad;
   double depth;       // at the last step
   double shear[3];    // tangential displacement
+  double stored;      // energy of the tangential spring
 };
 
 }    // namespace LAMMPS_NS

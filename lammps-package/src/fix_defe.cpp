@@ -57,6 +57,12 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   if (domain->triclinic) error->all(FLERR, "Fix defe does not support triclinic boxes");
   if (domain->dimension != 3) error->all(FLERR, "Fix defe needs a three-dimensional box");
 
+  if (force->ftm2v != 1.0 || force->mvv2e != 1.0)
+    error->all(FLERR,
+               "Fix defe needs consistent units, in which force = mass x acceleration: si, cgs, "
+               "micro, nano or lj, not {}",
+               update->unit_style);
+
   restart_peratom = 1;
   restart_global = 1;
   create_attribute = 1;
@@ -314,6 +320,11 @@ void FixDefe::init()
     if (ifix->pre_exchange_migrate)
       error->all(FLERR, "Fix {} {} migrates atoms and must be defined after fix {} defe", ifix->id,
                  ifix->style, id);
+    if (ifix->setmask() & POST_FORCE)
+      error->all(FLERR,
+                 "Fix {} {} changes forces and must be defined after fix {} defe, which keeps the "
+                 "account of external work",
+                 ifix->id, ifix->style, id);
   }
 
   if (any_convertible && (!force->pair || !force->pair_match("^defe/", 0)))
@@ -325,6 +336,16 @@ void FixDefe::init()
     error->all(FLERR, "Fix defe contact needs velocities of ghosts: add comm_modify vel yes");
 
   build_topology();
+
+  // IDs of DEs are those of their elements, shifted
+
+  const tagint last_de = de_base + 8 * last_element;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (!de[i] && de_base > 0 && atom->tag[i] > de_base && atom->tag[i] <= last_de)
+      error->one(FLERR,
+                 "Atom {} has an ID that is kept for DEs ({} to {}): create other atoms before the "
+                 "first run",
+                 atom->tag[i], de_base + 1, last_de);
 
   // joints and facets need their nodes as ghosts, two elements deep
 
@@ -572,7 +593,6 @@ void FixDefe::pre_neighbor()
           const int j = domain->closest_image(i, atom->map(slot.other));
           jt.nb[d][s] = j;
           if (jt.of_atom[j] >= 0) jt.partner[d][s] = 6 * jt.of_atom[j] + slot.partner;
-          if (slot.state == DefeJoint::CONNECTIVE) jt.half[d][s] = 0.5 * jt.len[d][s];
         } else {
           std::array<int, 4> node;
           for (int k = 0; k < 4; k++) {
@@ -675,6 +695,7 @@ void FixDefe::setup_pre_reverse(int eflag, int vflag)
 void FixDefe::pre_reverse(int /*eflag*/, int vflag)
 {
   v_init(vflag);
+  vector_step = -1;    // minimisers evaluate forces many times in a step
   for (double &v : virial_fe) v = 0.0;
 
   int inverted = -1;
@@ -1071,7 +1092,7 @@ namespace {
 struct GlobalState {
   double ledger[7];
   bigint des_total, hexes_total, conversions_total;
-  tagint de_base;
+  tagint de_base, last_element;
   int start_done, hexes_per_node;
   double dt_finite, dt_discrete, max_diagonal, first_conversion, first_damage;
 };
@@ -1093,6 +1114,7 @@ void FixDefe::write_restart(FILE *fp)
   g.first_conversion = both[0] == HUGE_VAL ? -1.0 : both[0];
   g.first_damage = both[1] == HUGE_VAL ? -1.0 : both[1];
   g.de_base = de_base;
+  g.last_element = last_element;
   g.start_done = start_done;
   g.hexes_per_node = hexes_per_node;
   g.dt_finite = dt_finite;
@@ -1148,6 +1170,7 @@ void FixDefe::restart(char *buf)
   first_conversion = g.first_conversion;
   first_damage = g.first_damage;
   de_base = g.de_base;
+  last_element = g.last_element;
   start_done = g.start_done;
   hexes_per_node = g.hexes_per_node;
   dt_finite = g.dt_finite;

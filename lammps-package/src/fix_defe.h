@@ -212,6 +212,7 @@ class FixDefe : public Fix {
   bool reading = false;
   bigint nhex_header = 0;
   tagint de_base = 0;    // DE k of element e has the ID de_base + 8 (e - 1) + k + 1
+  tagint last_element = 0;    // largest element ID of the mesh
   bigint hexes_total = 0;
   double dt_finite = 0.0, dt_discrete = 0.0;    // stable time steps, 0 = none
   double max_diagonal = 0.0;

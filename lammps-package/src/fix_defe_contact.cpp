@@ -388,13 +388,14 @@ void FixDefe::contact_forces()
     }
     if (!best || depth <= 0.0) {
       if (old) {
+        ledger.friction += old->stored;    // the spring is let go
         *old = list.back();
         list.pop_back();
       }
       continue;
     }
     if (!old) {
-      list.push_back({cp.part, 0, 0.0, {0.0, 0.0, 0.0}});
+      list.push_back({cp.part, 0, 0.0, {0.0, 0.0, 0.0}, 0.0});
       old = &list.back();
     }
     old->depth = depth;
@@ -413,6 +414,7 @@ void FixDefe::contact_forces()
       for (int d = 0; d < 3; d++) old->shear[d] = shear[d];
       force += r.force;
       contact_energy += r.stored;
+      old->stored = r.stored;
       ledger.friction += r.rubbed;
     }
     for (int d = 0; d < 3; d++) f[cp.point][d] += force[d];

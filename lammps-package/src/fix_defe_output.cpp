@@ -116,17 +116,17 @@ void FixDefe::fill_vector()
 
   double s1 = -1.0e300, s1_all;
   for (const auto &b : batches) {
-    if (b.rigid) continue;
+    if (!b.convertible) continue;
     const auto &kernel = *kernels[b.kernel].kernel;
     for (size_t e = 0; e < b.node.size(); e++) {
-      if (b.convertible && b.bound[e] <= s1) continue;
+      if (b.bound[e] <= s1) continue;
       HexCoords x, X;
       for (int a = 0; a < 8; a++)
         for (int k = 0; k < 3; k++) {
           x(k, a) = atom->x[b.node[e][a]][k];
           X(k, a) = xframe[b.node[e][a]][k];
         }
-      if (b.convertible) s1 = MAX(s1, defe::fe::max_principal(kernel.stress(x, X, Vec3::Zero())));
+      s1 = MAX(s1, defe::fe::max_principal(kernel.stress(x, X, Vec3::Zero())));
     }
   }
   MPI_Allreduce(mine, all, NSUM, MPI_DOUBLE, MPI_SUM, world);
@@ -208,7 +208,7 @@ void FixDefe::flush_events()
                  "# step time event id id2 X Y Z nx ny nz value\n"
                  "# event convert: id = element, id2 = part, X = reference centre, value = mass\n"
                  "# event cohesive, broken: id, id2 = the two DEs, X = reference middle of the "
-                 "joint, n = reference direction, value = equivalent traction\n");
+                 "joint, n = reference direction, value = equivalent traction, or damage (1)\n");
   event_header = true;
   static const char *const name[] = {"convert", "cohesive", "broken"};
   for (const auto &e : all)

@@ -145,6 +145,22 @@ void FixDefe::build_topology()
   bigint count = n;
   MPI_Allreduce(&count, &hexes_total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
 
+  // no element ID twice: those of their DEs follow from them
+
+  {
+    std::vector<tagint> ids;
+    std::vector<int> proc;
+    for (const auto *h : mesh) {
+      ids.push_back(h->id);
+      proc.push_back(rendezvous(h->id));
+    }
+    auto came = route(lmp, ids, proc);
+    std::sort(came.begin(), came.end());
+    const auto twice = std::adjacent_find(came.begin(), came.end());
+    if (twice != came.end())
+      error->one(FLERR, "Element ID {} is used twice: element IDs must be unique", *twice);
+  }
+
   // 1. reference positions of each element's nodes
 
   std::vector<HexCoords> X(n);
@@ -298,9 +314,6 @@ void FixDefe::build_topology()
       const auto &node = here[where[came[k].tag]];
       MassReply reply{node.local, 0, 0.0};
       for (const tagint t = came[k].tag; k < came.size() && came[k].tag == t; k++) {
-        if (reply.count > 0 && came[k].element == came[k - 1].element)
-          error->one(FLERR, "Element ID {} is used twice: element IDs must be unique",
-                     came[k].element);
         reply.mass += came[k].mass;
         reply.count++;
       }
@@ -386,7 +399,8 @@ void FixDefe::build_topology()
   tagint last = 0;
   for (int i = 0; i < nlocal; i++) last = MAX(last, atom->tag[i]);
   MPI_Allreduce(&last, &de_base, 1, MPI_LMP_TAGINT, MPI_MAX, world);
-  bigint last_de = static_cast<bigint>(de_base) + 8 * last_hex_id();
+  last_element = static_cast<tagint>(last_hex_id());
+  const bigint last_de = static_cast<bigint>(de_base) + 8 * static_cast<bigint>(last_element);
   if (last_de > MAXTAGINT)
     error->all(FLERR, "Fix defe needs atom IDs up to {}: compile LAMMPS with -DLAMMPS_BIGBIG",
                last_de);

@@ -121,6 +121,8 @@ void PairDefeJoint::coeff(int narg, char **arg)
     const std::string key = arg[iarg];
     if (key == "connective") {
       need(2, "connective E nu");
+      if (!with_connective)
+        error->all(FLERR, "Pair_coeff connective: this pair style has no connective joints");
       c.has_connective = true;
       if (strcmp(arg[iarg + 1], "material") == 0) {
         iarg += 2;
@@ -239,6 +241,20 @@ void PairDefeJoint::init_style()
                            c.cohesive.G_f);
     }
   }
+
+  // joints also run between the DEs of different parts
+
+  for (const auto &p : fix->parts)
+    for (const auto &q : fix->parts) {
+      if (!p.convertible || !q.convertible || p.type >= q.type) continue;
+      const Coeff &c = coeff_of(p.type, q.type);
+      if ((with_cohesive && !c.has_cohesive) || (with_contact && !c.has_contact))
+        error->all(FLERR,
+                   "DEs of parts {} and {} have types {} and {}: give 'pair_coeff {} {}' with{}{} "
+                   "coefficients",
+                   p.name, q.name, p.type, q.type, p.type, q.type,
+                   with_cohesive ? " cohesive" : "", with_contact ? " contact" : "");
+    }
   candidates_stale = true;
 }
 
@@ -512,7 +528,6 @@ void PairDefeJoint::criterion()
     const int d = c.first;
     const double before = jt.energy[d];
     jt.present[d] &= ~(1u << c.second);
-    jt.half[d][c.second] = Vec3(jt.rec[d]->slot[c.second].face).norm();
     jt.energy[d] = fix->de_energy(d, jt.present[d]);
     fix->ledger.release += before - jt.energy[d];
     fix->stored.joints -= before - jt.energy[d];
