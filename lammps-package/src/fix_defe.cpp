@@ -605,6 +605,7 @@ void FixDefe::pre_neighbor()
           jt.tie_node.push_back(node);
         }
         if (slot.state == DefeJoint::CONNECTIVE) jt.present[d] |= 1 << s;
+        if (slot.pending == 1) jt.pending.push_back(6 * d + s);
         if (slot.state == DefeJoint::COHESIVE && atom->tag[i] < slot.other)
           jt.cohesive.push_back(6 * d + s);
       }
@@ -638,6 +639,7 @@ void FixDefe::JointTable::clear()
   tie_point.clear();
   cohesive.clear();
   newborn.clear();
+  pending.clear();
 }
 
 /* ----------------------------------------------------------------------

@@ -139,6 +139,7 @@ class FixDefe : public Fix {
     std::vector<unsigned char> state;    // 6 per DE, owned and ghost
     std::vector<std::array<int, 4>> tie_node;
     std::vector<double> tie_point;
+    std::vector<int> pending;     // 6 * DE + slot of the joints that switch in the next step
     std::vector<int> newborn;     // DEs whose first force evaluation is to come
     std::vector<int> cohesive;    // 6 * DE + slot of the cohesive joints that I compute
     void clear();

@@ -281,6 +281,8 @@ void PairDefeJoint::compute(int eflag, int vflag)
   auto &stored = fix->stored;
   stored = FixDefe::Stored();
   if (fix->des_total > 0) {
+    update_screen();
+    if (with_cohesive) switch_joints();
     connective_and_ties();
     if (with_cohesive) {
       cohesive_forces();
@@ -371,7 +373,6 @@ void PairDefeJoint::connective_and_ties()
 
   // both halves of each joint; ties act on the nodes of the face
 
-  update_screen();
   reached.clear();
   auto &stored = fix->stored;
   const bool vflag = vflag_global || vflag_atom;
@@ -460,14 +461,16 @@ void PairDefeJoint::update_screen()
 }
 
 /* ----------------------------------------------------------------------
-   connective joints that reach the strength become cohesive at the next step
+   connective joints that reach the strength become cohesive in the next step
+   here they are only noted: a restart then finds forces that belong to the states
 ------------------------------------------------------------------------- */
 
 void PairDefeJoint::criterion()
 {
   auto &jt = fix->jt;
   double **x = atom->x;
-  std::vector<std::pair<int, int>> changed;    // DE, slots that leave its corner strains
+  for (int ds : jt.pending) jt.rec[ds / 6]->slot[ds % 6].pending = 0;
+  jt.pending.clear();
 
   for (int ds : reached) {
     const int d = ds / 6, s = ds % 6;
@@ -493,21 +496,38 @@ void PairDefeJoint::criterion()
     const auto state = defe::cohesive_start(an, t - an * along, stiffness, par);
     state.pack(slot.cohesive);
     slot.length0 = length - state.e_n;
-    slot.stored = 0.5 * slot.area *
-        ((state.e_n > 0.0 ? stiffness.k_n : stiffness.k_c) * state.e_n * state.e_n +
-         stiffness.k_s * state.e_s.squaredNorm());
-    slot.lost = 0.0;
-    fix->stored.cohesive += slot.stored;
-    fix->ledger.release -= slot.stored;
-    set_state(d, s, DefeJoint::COHESIVE);
-    jt.cohesive.push_back(ds);
-    changed.emplace_back(d, s);
-    if (other < 6 * jt.nde) changed.emplace_back(other / 6, other % 6);
-    fix->note_damage();
-    event(d, s, 1, defe::equivalent_traction(tn, ts, par));
+    slot.pending = 1;
+    jt.pending.push_back(ds);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   carry out what the last step noted, and take over what other ranks decided
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::switch_joints()
+{
+  auto &jt = fix->jt;
+  std::vector<std::pair<int, int>> changed;    // DE, slot that leaves its corner strains
+
+  if (!update->setupflag) {
+    for (int ds : jt.pending) {
+      const int d = ds / 6, s = ds % 6;
+      JointSlot &slot = jt.rec[d]->slot[s];
+      slot.pending = 2;    // its energy is booked with its first force
+      slot.stored = slot.lost = 0.0;
+      set_state(d, s, DefeJoint::COHESIVE);
+      jt.cohesive.push_back(ds);
+      changed.emplace_back(d, s);
+      const int other = jt.partner[d][s];
+      if (other < 6 * jt.nde) changed.emplace_back(other / 6, other % 6);
+      fix->note_damage();
+      event(d, s, 1, defe::CohesiveState::unpack(slot.cohesive).s0);
+    }
+    jt.pending.clear();
   }
 
-  // joints whose lower ID is on another rank: take over what was decided there
+  // joints whose lower ID is on another rank
 
   comm_mode = STATES;
   comm->forward_comm(this, 1);
@@ -522,15 +542,13 @@ void PairDefeJoint::criterion()
     candidates_stale = true;
   }
 
-  // what the corners hold no longer, was released
+  // what the corners hold no longer, is released
 
   for (const auto &c : changed) {
     const int d = c.first;
-    const double before = jt.energy[d];
-    jt.present[d] &= ~(1u << c.second);
-    jt.energy[d] = fix->de_energy(d, jt.present[d]);
-    fix->ledger.release += before - jt.energy[d];
-    fix->stored.joints -= before - jt.energy[d];
+    const unsigned rest = jt.present[d] & ~(1u << c.second);
+    fix->ledger.release += fix->de_energy(d, jt.present[d]) - fix->de_energy(d, rest);
+    jt.present[d] = static_cast<unsigned char>(rest);
   }
 }
 
@@ -642,6 +660,11 @@ void PairDefeJoint::cohesive_forces()
     fix->ledger.release += (1.0 - share) * lost;
     slot.lost += lost;
     slot.stored = slot.area * r.stored;
+    if (slot.pending) {
+      // first force since the switch: this much of what the corners let go is still here
+      fix->ledger.release -= slot.stored + lost;
+      slot.pending = 0;
+    }
 
     if (r.broken) {
       slot.stored = 0.0;

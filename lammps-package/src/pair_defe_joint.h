@@ -74,6 +74,7 @@ class PairDefeJoint : public Pair {
   void allocate();
   void connective_and_ties();
   void criterion();
+  void switch_joints();
   void update_screen();
   defe::Vec3 face_normal(int d, int s, const defe::Vec3 &along) const;
   void cohesive_forces();
