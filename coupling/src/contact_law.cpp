@@ -11,8 +11,8 @@ namespace defe {
 
 namespace {
 
-  /// Restitution of the spring and dashpot that cannot pull. The contact ends when the force is zero,
-  /// at w t = phi = atan2(2 b w, b^2 - w^2) = 2 acos(zeta), with e = exp(-(b/w) phi).
+  /// Restitution of the spring and dashpot that cannot pull. The contact ends when the force is
+  /// zero, at w t = phi = atan2(2 b w, b^2 - w^2) = 2 acos(zeta), with e = exp(-(b/w) phi).
   double restitution_of(double zeta)
   {
     const double w2 = 1.0 - zeta * zeta;

@@ -38,19 +38,20 @@ double reduced_lambda(const CornerModuli &m, int joints)
 
 // --- any hexahedron ---------------------------------------------------------
 
-// The eight corners side by side. Rows and columns of absent joints: unit metric, no strain, and
-// zero in the inverse; the inverse of the rest is then that of the metric of the plane or line of
-// the joints that are left (see CornerMetric).
+// The eight corners side by side. Absent joints: unit metric, no strain, no vector. The inverse of
+// the rest is then that of the metric of the plane or line of the joints that are left (see
+// CornerMetric), and the absent ones' stress multiplies zero.
 double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned present,
                              const CornerModuli &moduli, Vec3 half_force[6])
 {
   const Laws laws(moduli);
   const double mu = moduli.mu;
 
-  // Covariant metric and Green strain E_ab = (y_a.y_b - M_a.M_b)/2 of all pairs of slots that meet at
-  // a corner, the strain by displacements so that nothing cancels when it is small.
+  // Covariant metric and Green strain E_ab = (y_a.y_b - M_a.M_b)/2 of all pairs of slots that meet
+  // at a corner, the strain by displacements so that nothing cancels when it is small.
   Vec3 current[6];
-  double there[6], metric[6][6], strain[6][6];
+  bool there[6];
+  double metric[6][6], strain[6][6];
   for (int s = 0; s < 6; ++s) {
     there[s] = present >> s & 1u;
     current[s] = there[s] ? y[s] : Vec3(Vec3::Zero());
@@ -68,7 +69,7 @@ double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned 
   // order xx yy zz xy xz yz; index: corner
   constexpr int C = 8;
   constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
-  double G[6][C], E[6][C], S[6][C], m[3][C], lambda[C], w[C], energy[C];
+  double G[6][C], E[6][C], S[6][C], lambda[C], w[C], energy[C];
   for (int corner = 0; corner < C; ++corner) {
     for (int j = 0; j < 6; ++j) {
       const int s = corner_slot(corner, row[j]), t = corner_slot(corner, column[j]);
@@ -76,10 +77,7 @@ double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned 
       E[j][corner] = strain[s][t];
     }
     int joints = 0;
-    for (int a = 0; a < 3; ++a) {
-      m[a][corner] = there[corner_slot(corner, a)];
-      joints += m[a][corner] != 0.0;
-    }
+    for (int a = 0; a < 3; ++a) joints += there[corner_slot(corner, a)];
     lambda[corner] = laws.lambda[joints];
     w[corner] = corner_volume(cell, corner);
   }
@@ -88,8 +86,8 @@ double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned 
     const double xx = G[0][c], yy = G[1][c], zz = G[2][c], xy = G[3][c], xz = G[4][c], yz = G[5][c];
     const double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
     const double f = 1.0 / (xx * cxx + xy * cxy + xz * cxz);
-    const double gxx = m[0][c] * f * cxx, gyy = m[1][c] * f * (xx * zz - xz * xz);
-    const double gzz = m[2][c] * f * (xx * yy - xy * xy);
+    const double gxx = f * cxx, gyy = f * (xx * zz - xz * xz);
+    const double gzz = f * (xx * yy - xy * xy);
     const double gxy = f * cxy, gxz = f * cxz, gyz = f * (xy * xz - xx * yz);
 
     // mixed components G^ac E_cb, then S^ab = lambda_e G^ab tr E + 2 mu G^ac E_cd G^db
@@ -179,8 +177,8 @@ namespace {
   ///   B_b = sum over the two slots t of axis b of h_t p_t p_t^T,
   /// since sum_t h_t (p_s.p_t) p_t = B_b p_s:
   ///   f_s = h_s/l_s [ N_s + mu (H_c B_b + H_b B_c) ] p_s.
-  /// N_s holds the normal strains E_s = (p_s.p_s - 1)/2. Only its lambda part asks how many joints a
-  /// corner has; if all are there, it separates as well.
+  /// N_s holds the normal strains E_s = (p_s.p_s - 1)/2. Only its lambda part asks how many joints
+  /// a corner has; if all are there, it separates as well.
   template <bool FULL> void corner_forces(Chunk &k)
   {
     double E[6][W], H[3][W], mE[3][W], lam[6][W];

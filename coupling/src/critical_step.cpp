@@ -1,10 +1,10 @@
 // Stable step of a lattice of corner-strain joints.
 //
 // Infinite cubic lattice. For a wave u exp(i theta.n) the mean of the eight one-sided strain
-// energies gives  rho d^2 omega^2 u = [(lambda + mu) Q + mu tr(Q) I] u  with Q_aa = 4 sin^2(theta_a/2),
-// Q_ab = sin(theta_a) sin(theta_b). The largest value lies at theta_a all equal; with
-// q = sin^2(theta_a/2) it is 4 q (3 - 2 q)(lambda + mu) + 12 q mu, largest at q = 1 (neighbours in
-// opposite phase, 4 (lambda + 4 mu)) as long as lambda <= 2 mu, else at
+// energies gives  rho d^2 omega^2 u = [(lambda + mu) Q + mu tr(Q) I] u  with
+// Q_aa = 4 sin^2(theta_a/2), Q_ab = sin(theta_a) sin(theta_b). The largest value lies at theta_a
+// all equal; with q = sin^2(theta_a/2) it is 4 q (3 - 2 q)(lambda + mu) + 12 q mu, largest at q = 1
+// (neighbours in opposite phase, 4 (lambda + 4 mu)) as long as lambda <= 2 mu, else at
 // q = 3 (lambda + 2 mu) / (4 (lambda + mu)).
 //
 // Any lattice. The strain energy is a sum over DEs, each term (the DE's own eight corners) a

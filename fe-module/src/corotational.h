@@ -44,7 +44,8 @@ namespace lanes {
   ///
   /// R = A (A^T A)^(-1/2) by its Taylor series in S = A^T A - I: the second-order step leaves 5/8
   /// S^3, the first-order one 3/4 S^2, so a strain of 1e-3 takes one of each. Lanes with large S
-  /// get R from polar_rotation() and then only the final step.
+  /// get R from polar_rotation() and then only the final step. A lane that has converged waits
+  /// unchanged for the others, so that its result does not depend on them.
   DEFE_INLINE simd::Mask polar(Pack A[3][3])
   {
     constexpr double converged = 4e-9;    // the final step squares it

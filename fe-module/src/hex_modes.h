@@ -60,33 +60,35 @@ struct LaneElements {
   int index(int l) const { return l < valid ? l : valid - 1; }
 };
 
+/// Where a node's entry starts in an array of 3 doubles per node.
+template <class T> DEFE_INLINE T *entry(T *array, int node)
+{
+  return array + 3 * static_cast<std::ptrdiff_t>(node);
+}
+
 /// v~[component][mode] of a nodal vector (3 doubles per node) relative to its value at node 0.
 /// The differences come first: sums of absolute coordinates would lose digits. Mode 0 is left
 /// meaningless: nothing in an element depends on it.
 DEFE_INLINE void gather_modes(const LaneElements &elements, const double *vector, Pack v[3][8])
 {
-  const double *origin[simd::width];
-  for (int l = 0; l < simd::width; ++l)
-    origin[l] = vector + 3 * static_cast<std::ptrdiff_t>(elements.nodes[elements.index(l)][0]);
-  Pack v0[3];
-  for (int i = 0; i < 3; ++i) {
-    v0[i] = simd::generate([&](int l) {
-      return origin[l][i];
-    });
-    v[i][0] = Pack{};
-  }
-  for (int corner = 1; corner < 8; ++corner) {
-    const double *node[simd::width];
-    for (int l = 0; l < simd::width; ++l)
-      node[l] = vector +
-          3 *
-              static_cast<std::ptrdiff_t>(
-                  elements.nodes[elements.index(l)][hex_corner_node[corner]]);
+  const auto gather = [&elements, vector](int corner, Pack value[3]) {
+    const double *of_lane[simd::width];
+    for (int l = 0; l < simd::width; ++l) {
+      const int(&node)[8] = elements.nodes[elements.index(l)];
+      of_lane[l] = entry(vector, node[hex_corner_node[corner]]);
+    }
     for (int i = 0; i < 3; ++i)
-      v[i][corner] = simd::generate([&](int l) {
-                       return node[l][i];
-                     }) -
-          v0[i];
+      value[i] = simd::generate([&](int l) {
+        return of_lane[l][i];
+      });
+  };
+
+  Pack origin[3], value[3];
+  gather(0, origin);
+  for (int i = 0; i < 3; ++i) v[i][0] = Pack{};
+  for (int corner = 1; corner < 8; ++corner) {
+    gather(corner, value);
+    for (int i = 0; i < 3; ++i) v[i][corner] = value[i] - origin[i];
   }
   for (int i = 0; i < 3; ++i) nodes_to_modes(v[i]);
 }
@@ -97,8 +99,7 @@ DEFE_INLINE void scatter_modes(const LaneElements &elements, Pack g[3][8], doubl
   for (int i = 0; i < 3; ++i) modes_to_nodes(g[i]);
   for (int l = 0; l < elements.valid; ++l)
     for (int corner = 0; corner < 8; ++corner) {
-      double *node =
-          f + 3 * static_cast<std::ptrdiff_t>(elements.nodes[l][hex_corner_node[corner]]);
+      double *node = entry(f, elements.nodes[l][hex_corner_node[corner]]);
       for (int i = 0; i < 3; ++i) node[i] += g[i][corner][l];
     }
 }

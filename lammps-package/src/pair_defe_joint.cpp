@@ -31,6 +31,7 @@
 
 #include <Eigen/SVD>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -39,6 +40,7 @@ using defe::Mat3;
 using defe::Vec3;
 
 static constexpr char HISTORY[] = "NEIGH_HISTORY_DEFE";
+static constexpr int PENDING = 4;    // beside the state, in the message to the other rank
 static constexpr char DUMMY[] = "NEIGH_HISTORY_DEFE_DUMMY";
 
 /* ---------------------------------------------------------------------- */
@@ -471,6 +473,11 @@ void PairDefeJoint::criterion()
   double **x = atom->x;
   for (int ds : jt.pending) jt.rec[ds / 6]->slot[ds % 6].pending = 0;
   jt.pending.clear();
+  noted_release = 0.0;
+  auto note = [&jt](int ds) {
+    jt.rec[ds / 6]->slot[ds % 6].pending = 1;
+    jt.pending.push_back(ds);
+  };
 
   for (int ds : reached) {
     const int d = ds / 6, s = ds % 6;
@@ -496,38 +503,14 @@ void PairDefeJoint::criterion()
     const auto state = defe::cohesive_start(an, t - an * along, stiffness, par);
     state.pack(slot.cohesive);
     slot.length0 = length - state.e_n;
-    slot.pending = 1;
-    jt.pending.push_back(ds);
-  }
-}
-
-/* ----------------------------------------------------------------------
-   carry out what the last step noted, and take over what other ranks decided
-------------------------------------------------------------------------- */
-
-void PairDefeJoint::switch_joints()
-{
-  auto &jt = fix->jt;
-  std::vector<std::pair<int, int>> changed;    // DE, slot that leaves its corner strains
-
-  if (!update->setupflag) {
-    for (int ds : jt.pending) {
-      const int d = ds / 6, s = ds % 6;
-      JointSlot &slot = jt.rec[d]->slot[s];
-      slot.pending = 2;    // its energy is booked with its first force
-      slot.stored = slot.lost = 0.0;
-      set_state(d, s, DefeJoint::COHESIVE);
-      jt.cohesive.push_back(ds);
-      changed.emplace_back(d, s);
-      const int other = jt.partner[d][s];
-      if (other < 6 * jt.nde) changed.emplace_back(other / 6, other % 6);
-      fix->note_damage();
-      event(d, s, 1, defe::CohesiveState::unpack(slot.cohesive).s0);
-    }
-    jt.pending.clear();
+    noted_release -= 0.5 * slot.area *
+        ((state.e_n > 0.0 ? stiffness.k_n : stiffness.k_c) * state.e_n * state.e_n +
+         stiffness.k_s * state.e_s.squaredNorm());
+    note(ds);
+    if (other < 6 * jt.nde) note(other);
   }
 
-  // joints whose lower ID is on another rank
+  // joints that the rank of the lower ID decides on: take over its state and what it noted
 
   comm_mode = STATES;
   comm->forward_comm(this, 1);
@@ -535,21 +518,62 @@ void PairDefeJoint::switch_joints()
     const int d = ds / 6, s = ds % 6;
     JointSlot &slot = jt.rec[d]->slot[s];
     const int state = jt.state[jt.partner[d][s]];
-    if (state == slot.state) continue;
-    if (slot.state == DefeJoint::CONNECTIVE) changed.emplace_back(d, s);
-    slot.state = static_cast<signed char>(state);
-    jt.state[ds] = static_cast<unsigned char>(state);
+    if (state & PENDING) note(ds);
+    if ((state & ~PENDING) == slot.state) continue;
+    slot.state = static_cast<signed char>(state & ~PENDING);
+    jt.state[ds] = static_cast<unsigned char>(slot.state);
     candidates_stale = true;
   }
+  noted_release += release_of_pending();
+}
 
-  // what the corners hold no longer, is released
+/* ----------------------------------------------------------------------
+   strain energy that the corners of my DEs let go when the noted joints leave them
+------------------------------------------------------------------------- */
 
-  for (const auto &c : changed) {
-    const int d = c.first;
-    const unsigned rest = jt.present[d] & ~(1u << c.second);
-    fix->ledger.release += fix->de_energy(d, jt.present[d]) - fix->de_energy(d, rest);
-    jt.present[d] = static_cast<unsigned char>(rest);
+double PairDefeJoint::release_of_pending()
+{
+  auto &jt = fix->jt;
+  std::sort(jt.pending.begin(), jt.pending.end());
+  double release = 0.0;
+  for (size_t k = 0; k < jt.pending.size();) {
+    const int d = jt.pending[k] / 6;
+    unsigned rest = jt.present[d];
+    for (; k < jt.pending.size() && jt.pending[k] / 6 == d; k++) rest &= ~(1u << jt.pending[k] % 6);
+    release += fix->de_energy(d, jt.present[d]) - fix->de_energy(d, rest);
   }
+  return release;
+}
+
+/* ----------------------------------------------------------------------
+   carry out what the last step noted
+   The kicks of velocity Verlet belong to the old law up to half-way between the two steps:
+   what is released is the mean of what the two positions give.
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::switch_joints()
+{
+  if (update->setupflag) return;
+  auto &jt = fix->jt;
+  fix->ledger.release += 0.5 * (noted_release + release_of_pending());
+  noted_release = 0.0;
+  for (int ds : jt.pending) {
+    const int d = ds / 6, s = ds % 6;
+    JointSlot &slot = jt.rec[d]->slot[s];
+    slot.state = DefeJoint::COHESIVE;
+    slot.pending = 0;
+    jt.state[ds] = DefeJoint::COHESIVE;
+    jt.present[d] = static_cast<unsigned char>(jt.present[d] & ~(1u << s));
+    screen[d][s] = HUGE_VAL;
+    candidates_stale = true;
+    if (atom->tag[jt.self[d]] > slot.other) continue;
+    slot.pending = 2;    // its energy is booked with its first force
+    slot.stored = slot.lost = 0.0;
+    jt.cohesive.push_back(ds);
+    fix->note_damage();
+    event(d, s, 1, defe::CohesiveState::unpack(slot.cohesive).s0);
+  }
+  jt.pending.clear();
 }
 
 /* ----------------------------------------------------------------------
@@ -577,18 +601,16 @@ Vec3 PairDefeJoint::face_normal(int d, int s, const Vec3 &along) const
 }
 
 /* ----------------------------------------------------------------------
-   new state of a joint, by the rank of its lower ID; its other end too if it is here
+   a joint breaks; its other end too if it is here, else its owner learns it from ours
 ------------------------------------------------------------------------- */
 
-void PairDefeJoint::set_state(int d, int s, int state)
+void PairDefeJoint::set_broken(int d, int s)
 {
   auto &jt = fix->jt;
-  screen[d][s] = HUGE_VAL;
-  const int other = jt.partner[d][s];
-  for (int ds : {6 * d + s, other}) {
-    if (ds < 0 || ds >= 6 * jt.nde) continue;    // the owner of that DE learns it from ours
-    jt.rec[ds / 6]->slot[ds % 6].state = static_cast<signed char>(state);
-    jt.state[ds] = static_cast<unsigned char>(state);
+  for (int ds : {6 * d + s, jt.partner[d][s]}) {
+    if (ds < 0 || ds >= 6 * jt.nde) continue;
+    jt.rec[ds / 6]->slot[ds % 6].state = DefeJoint::CONTACT;
+    jt.state[ds] = DefeJoint::CONTACT;
   }
   candidates_stale = true;
 }
@@ -662,13 +684,13 @@ void PairDefeJoint::cohesive_forces()
     slot.stored = slot.area * r.stored;
     if (slot.pending) {
       // first force since the switch: this much of what the corners let go is still here
-      fix->ledger.release -= slot.stored + lost;
+      fix->ledger.release -= 0.5 * (slot.stored + lost);
       slot.pending = 0;
     }
 
     if (r.broken) {
       slot.stored = 0.0;
-      set_state(d, s, DefeJoint::CONTACT);
+      set_broken(d, s);
       event(d, s, 2, r.damage);
       continue;
     }
@@ -839,7 +861,11 @@ int PairDefeJoint::pack_forward_comm(int n, int *list, double *buf, int, int *)
       m += 18;
     } else {
       int bits = 0;
-      for (int s = 0; s < 6; s++) bits |= jt.state[6 * d + s] << (2 * s);
+      for (int s = 0; s < 6; s++) {
+        int state = jt.state[6 * d + s];
+        if (d < jt.nde && jt.rec[d]->slot[s].pending == 1) state |= PENDING;
+        bits |= state << (3 * s);
+      }
       buf[m++] = bits;
     }
   }
@@ -858,7 +884,7 @@ void PairDefeJoint::unpack_forward_comm(int n, int first, double *buf)
       m += 18;
     } else {
       const int bits = static_cast<int>(buf[m++]);
-      for (int s = 0; s < 6; s++) jt.state[6 * d + s] = (bits >> (2 * s)) & 3;
+      for (int s = 0; s < 6; s++) jt.state[6 * d + s] = (bits >> (3 * s)) & 7;
     }
   }
 }

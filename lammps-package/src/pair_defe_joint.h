@@ -84,7 +84,9 @@ class PairDefeJoint : public Pair {
   int part_of_type(int) const;
   void tally(const double *del, const double *force, int i);
   void event(int d, int s, int what, double value);
-  void set_state(int d, int s, int state);
+  void set_broken(int d, int s);
+  double release_of_pending();
+  double noted_release = 0.0;    // of the joints noted in the last step
 };
 
 class PairDefeConnective : public PairDefeJoint {

@@ -11,6 +11,7 @@
 #include "defe/types.h"
 
 #include "atom.h"
+#include "compute.h"
 #include "domain.h"
 #include "exceptions.h"
 #include "fix.h"
@@ -25,6 +26,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <map>
@@ -75,6 +77,13 @@ inline int size_of(MPI_Comm comm)
   int size;
   MPI_Comm_size(comm, &size);
   return size;
+}
+
+/// Rank 0 removes a file that an earlier run of the test may have left.
+inline void remove_file(const std::string &file, MPI_Comm comm = MPI_COMM_WORLD)
+{
+  if (rank_of(comm) == 0) std::remove(file.c_str());
+  MPI_Barrier(comm);
 }
 
 class Lammps {
@@ -163,7 +172,7 @@ class Lammps {
   Particles particles()
   {
     const auto *atom = lmp->atom;
-    std::vector<Particle> mine, all;
+    std::vector<Particle> mine;
     for (int i = 0; i < atom->nlocal; i++) {
       Particle p;
       p.tag = atom->tag[i];
@@ -179,22 +188,48 @@ class Lammps {
       p.torque = Vec3(atom->torque[i][0], atom->torque[i][1], atom->torque[i][2]);
       mine.push_back(p);
     }
-    const int nprocs = size_of(comm), bytes = static_cast<int>(mine.size() * sizeof(Particle));
-    std::vector<int> count(nprocs), offset(nprocs, 0);
-    MPI_Allgather(&bytes, 1, MPI_INT, count.data(), 1, MPI_INT, comm);
-    for (int p = 1; p < nprocs; p++) offset[p] = offset[p - 1] + count[p - 1];
-    all.resize((offset.back() + count.back()) / sizeof(Particle));
-    MPI_Allgatherv(mine.data(), bytes, MPI_BYTE, all.data(), count.data(), offset.data(), MPI_BYTE,
-                   comm);
     Particles result;
-    for (const auto &p : all)
+    for (const auto &p : gather(mine))
       if (!result.emplace(p.tag, p).second)
         throw std::runtime_error("atom ID " + std::to_string(p.tag) + " exists twice");
     return result;
   }
 
-  /// A column of a per-atom compute or fix-free vector, by ID: c_ID[column] of LAMMPS.
-  std::map<tagint, double> per_atom(const std::string &compute, int column = 0);
+  /// A column of a per-atom compute, by atom ID; column 0 = its only one.
+  std::map<tagint, double> per_atom(const std::string &id, int column = 0)
+  {
+    auto *compute = lmp->modify->get_compute_by_id(id);
+    if (!compute) throw std::runtime_error("no compute " + id);
+    compute->compute_peratom();
+    std::vector<double> mine;
+    for (int i = 0; i < lmp->atom->nlocal; i++) {
+      mine.push_back(static_cast<double>(lmp->atom->tag[i]));
+      mine.push_back(column ? compute->array_atom[i][column - 1] : compute->vector_atom[i]);
+    }
+    std::map<tagint, double> result;
+    const auto all = gather(mine);
+    for (size_t k = 0; k < all.size(); k += 2) result[static_cast<tagint>(all[k])] = all[k + 1];
+    return result;
+  }
+
+  /// The rows of a local compute, of all ranks.
+  std::vector<std::vector<double>> local(const std::string &id)
+  {
+    auto *compute = lmp->modify->get_compute_by_id(id);
+    if (!compute) throw std::runtime_error("no compute " + id);
+    compute->compute_local();
+    const int columns = std::max(1, compute->size_local_cols);
+    std::vector<double> mine;
+    for (int i = 0; i < compute->size_local_rows; i++)
+      for (int k = 0; k < columns; k++)
+        mine.push_back(compute->size_local_cols ? compute->array_local[i][k]
+                                                : compute->vector_local[i]);
+    const auto all = gather(mine);
+    std::vector<std::vector<double>> rows;
+    for (size_t k = 0; k < all.size(); k += columns)
+      rows.emplace_back(all.begin() + k, all.begin() + k + columns);
+    return rows;
+  }
 
   /// Set positions and velocities of all particles: change(Particle &) may alter x and v.
   template <class Change> void change(const Change &change_one)
@@ -219,6 +254,18 @@ class Lammps {
   }
 
  private:
+  template <class T> std::vector<T> gather(const std::vector<T> &mine) const
+  {
+    const int nprocs = size_of(comm), bytes = static_cast<int>(mine.size() * sizeof(T));
+    std::vector<int> count(nprocs), offset(nprocs, 0);
+    MPI_Allgather(&bytes, 1, MPI_INT, count.data(), 1, MPI_INT, comm);
+    for (int p = 1; p < nprocs; p++) offset[p] = offset[p - 1] + count[p - 1];
+    std::vector<T> all((offset.back() + count.back()) / sizeof(T));
+    MPI_Allgatherv(mine.data(), bytes, MPI_BYTE, all.data(), count.data(), offset.data(), MPI_BYTE,
+                   comm);
+    return all;
+  }
+
   MPI_Comm comm;
   std::unique_ptr<LAMMPS_NS::LAMMPS> lmp;
 };
@@ -285,6 +332,51 @@ inline double zero_crossing(const std::vector<double> &a, double start = 0.0)
     if (a[i - 1] != 0.0 && a[i - 1] * a[i] <= 0.0)
       return static_cast<double>(i - 1) + a[i - 1] / (a[i - 1] - a[i]);
   throw std::runtime_error("the record does not cross zero");
+}
+
+/// Let rank 0 do something with a LAMMPS of its own (MPI_COMM_SELF); all ranks get its particles.
+template <class Do> Particles on_one_rank(const Do &something)
+{
+  std::vector<Particle> list;
+  int n = -1;
+  std::string failure;
+  if (rank_of(MPI_COMM_WORLD) == 0) {
+    try {
+      for (const auto &p : something()) list.push_back(p.second);
+      n = static_cast<int>(list.size());
+    } catch (std::exception &e) {
+      failure = e.what();
+    }
+  }
+  MPI_Bcast(&n, 1, MPI_INT, 0, MPI_COMM_WORLD);
+  if (n < 0) throw std::runtime_error("on one rank: " + failure);
+  list.resize(n);
+  MPI_Bcast(list.data(), static_cast<int>(n * sizeof(Particle)), MPI_BYTE, 0, MPI_COMM_WORLD);
+  Particles result;
+  for (const auto &p : list) result.emplace(p.tag, p);
+  return result;
+}
+
+/// Largest difference of a vector of the particles (member pointer) between two states.
+inline double difference(const Particles &a, const Particles &b, Vec3 Particle::*what)
+{
+  double largest = 0.0;
+  for (const auto &p : a) {
+    const auto other = b.find(p.first);
+    if (other == b.end() || a.size() != b.size()) {
+      ADD_FAILURE() << a.size() << " and " << b.size() << " atoms; atom " << p.first << " is missing";
+      return 1e300;
+    }
+    largest = std::max(largest, (p.second.*what - other->second.*what).norm());
+  }
+  return largest;
+}
+
+inline double largest(const Particles &a, Vec3 Particle::*what)
+{
+  double size = 0.0;
+  for (const auto &p : a) size = std::max(size, (p.second.*what).norm());
+  return size;
 }
 
 inline double largest_deviation(const std::vector<double> &a)

@@ -58,17 +58,19 @@ void pulse(double nu, double W)
   const double arrival = zero_crossing(above) * dt;
   EXPECT_NEAR((0.16 - W / 2.0) / arrival / c, 1.0, 0.01);
 
-  // The peak passes with half the initial velocity; dispersion takes a few per cent off.
+  // The peak passes with half the initial velocity; the bump's edges are not smooth, and dispersion
+  // of what is short in it takes 2 (nu = 0) and 4 per cent off the height.
   double peak = 0.0;
   for (double a : v) peak = std::max(peak, a);
-  EXPECT_NEAR(peak, 0.5, 0.02);
+  EXPECT_NEAR(peak, 0.49, 0.015);
 
   // The centroid of the momentum moves with the speed of the longest waves, free of dispersion:
   // d/dt sum(m v x) = sum(m v^2) + sum(f x), the second term the longitudinal stress in the bar.
-  // Left is the nonlinearity: strains are 1e-4 (v/c).
+  // Left are the nonlinearity (strains of 1e-4 = v/c), and the waves faster than the bar's that start
+  // where the initial velocity field lacks the lateral motion: 6e-4 with nu = 0.2, 3e-6 with nu = 0.
   const size_t i = static_cast<size_t>(0.08 / c / dt), j = v.size() - 1;
   const double speed = (mvx[j] / mv[j] - mvx[i] / mv[i]) / (static_cast<double>(j - i) * dt);
-  EXPECT_NEAR(speed / c, 1.0, 5e-4);std::printf("%.9g %.9g %.9g %.9g %g\n", speed/c, peak, (0.16 - W / 2.0) / arrival / c, largest_deviation(energy)/energy.front(), mv.back() / mv.front()-1.0);
+  EXPECT_NEAR(speed / c, 1.0, nu == 0.0 ? 5e-5 : 2e-3);
 
   // omega dt = pi c dt/W = 0.06: the energy of velocity Verlet swings by its square/4
   EXPECT_LT(largest_deviation(energy), 1e-3 * energy.front());

@@ -42,8 +42,8 @@ TEST(Cohesive, Stiffness)
 }
 
 // Why these stiffnesses: minimising the corner energy over the joint that leaves takes exactly
-// t_n^2/(2 (lambda + 2 mu)) + t_s^2/(2 mu) per volume out of it, whatever the strain, and that is what the
-// cohesive joint starts with. Energy does not jump at the switch.
+// t_n^2/(2 (lambda + 2 mu)) + t_s^2/(2 mu) per volume out of it, whatever the strain, and that is
+// what the cohesive joint starts with. Energy does not jump at the switch.
 TEST(Cohesive, EnergyIsContinuousAtTheSwitch)
 {
   std::mt19937 random(3);

@@ -16,40 +16,70 @@ using namespace defe::test;
 
 namespace {
 
-/// Largest eigenvalue of M^-1 K at the reference state, by the power method with the forces
-/// themselves (central differences: the third order of the energy drops out).
-double exact_step(const Block &block, int iterations = 600)
+/// M^-1/2 K M^-1/2 w at the reference state, by the forces themselves (central differences: the
+/// third order of the energy drops out).
+Vectors apply_stiffness(const Block &block, const Vectors &w)
 {
-  std::mt19937 random(1);
-  const std::size_t n = block.X.size();
-  Vectors u(n), plus(n), minus(n), x(n);
-  for (Vec3 &v : u) v = random_vector(random, 1.0);
-  const double amplitude = 1e-5;
-  double omega2 = 0.0;
-  for (int k = 0; k < iterations; ++k) {
-    double norm2 = 0.0, largest = 0.0;
-    for (std::size_t i = 0; i < n; ++i) {
-      if (block.mass[i] == 0.0) u[i].setZero();
-      norm2 += block.mass[i] * u[i].squaredNorm();
-      largest = std::max(largest, u[i].norm());
-    }
-    const double eps = amplitude / largest;
-    for (std::size_t i = 0; i < n; ++i) x[i] = block.X[i] + eps * u[i];
-    block.forces(x, plus);
-    for (std::size_t i = 0; i < n; ++i) x[i] = block.X[i] - eps * u[i];
-    block.forces(x, minus);
-    double work = 0.0;
-    for (std::size_t i = 0; i < n; ++i) {
-      const Vec3 Ku = (minus[i] - plus[i]) / (2.0 * eps);
-      work += u[i].dot(Ku);
-      if (block.mass[i] > 0.0) u[i] = Ku / block.mass[i];
-    }
-    omega2 = work / norm2;
-    double size = 0.0;
-    for (const Vec3 &v : u) size = std::max(size, v.norm());
-    for (Vec3 &v : u) v /= size;
+  const std::size_t n = w.size();
+  Vectors u(n, Vec3::Zero()), x(n), plus, minus;
+  double largest = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (block.mass[i] > 0.0) u[i] = w[i] / std::sqrt(block.mass[i]);
+    largest = std::max(largest, u[i].norm());
   }
-  return 2.0 / std::sqrt(omega2);
+  const double eps = 1e-5 / largest;
+  for (std::size_t i = 0; i < n; ++i) x[i] = block.X[i] + eps * u[i];
+  block.forces(x, plus);
+  for (std::size_t i = 0; i < n; ++i) x[i] = block.X[i] - eps * u[i];
+  block.forces(x, minus);
+  for (std::size_t i = 0; i < n; ++i)
+    u[i] = block.mass[i] > 0.0 ? Vec3((minus[i] - plus[i]) / (2.0 * eps * std::sqrt(block.mass[i])))
+                               : Vec3(Vec3::Zero());
+  return u;
+}
+
+/// Critical step from the largest eigenvalue, by Lanczos' method.
+double exact_step(const Block &block, int iterations = 60)
+{
+  const auto dot = [](const Vectors &a, const Vectors &b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
+    return sum;
+  };
+  std::mt19937 random(1);
+  Vectors v(block.X.size()), old(v.size(), Vec3::Zero());
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    v[i] = random_vector(random, 1.0);
+    if (block.mass[i] == 0.0) v[i].setZero();
+  }
+  double beta = std::sqrt(dot(v, v));
+  for (Vec3 &c : v) c /= beta;
+  std::vector<double> diagonal, off;    // the tridiagonal matrix
+  beta = 0.0;
+  for (int k = 0; k < iterations; ++k) {
+    Vectors w = apply_stiffness(block, v);
+    diagonal.push_back(dot(v, w));
+    for (std::size_t i = 0; i < v.size(); ++i) w[i] -= diagonal[k] * v[i] + beta * old[i];
+    beta = std::sqrt(dot(w, w));
+    off.push_back(beta);
+    old = v;
+    for (std::size_t i = 0; i < v.size(); ++i) v[i] = w[i] / beta;
+  }
+  // bisection with Sturm's count: no negative pivot of (c - T) means c is above all eigenvalues
+  double low = 0.0, high = 0.0;
+  for (int k = 0; k < iterations; ++k)
+    high = std::max(high, diagonal[k] + off[k] + (k ? off[k - 1] : 0.0));
+  for (int bisection = 0; bisection < 60; ++bisection) {
+    const double c = 0.5 * (low + high);
+    bool above = true;
+    double pivot = c - diagonal[0];
+    for (int k = 1; k < iterations && above; ++k) {
+      above = pivot > 0.0;
+      pivot = c - diagonal[k] - off[k - 1] * off[k - 1] / pivot;
+    }
+    (above && pivot > 0.0 ? high : low) = c;
+  }
+  return 2.0 / std::sqrt(high);
 }
 
 /// What a program would take: least over all DEs, and the elements with a quarter of their mass
@@ -118,8 +148,8 @@ TEST(CriticalStep, InfiniteLattice)
 TEST(CriticalStep, BlockOfDEs)
 {
   for (double nu : {0.0, 0.2, 0.3, 0.4}) {
-    const Mesh mesh = box_mesh(3, 3, 3, 1.0);
-    Block block(mesh, std::vector<char>(27, 1), {1.0, nu, 1.0});
+    const Mesh mesh = box_mesh(4, 4, 4, 1.0);
+    Block block(mesh, std::vector<char>(64, 1), {1.0, nu, 1.0});
     compare("cubes", block, nu < 0.35 ? 0.03 : 0.10);
 
     // the infinite lattice is never faster, whatever is missing
@@ -137,12 +167,12 @@ TEST(CriticalStep, BlockOfDEs)
 TEST(CriticalStep, BlockWithTies)
 {
   std::mt19937 random(3);
-  for (double nu : {0.0, 0.2, 0.3, 0.4})
+  for (double nu : {0.0, 0.2, 0.4})
     for (double fraction : {0.0, 0.5, 0.9}) {
-      const Mesh mesh = box_mesh(3, 3, 3, 1.0);
-      std::vector<char> converted(27, 0);
+      const Mesh mesh = box_mesh(4, 4, 4, 1.0);
+      std::vector<char> converted(64, 0);
       for (char &c : converted) c = uniform(random, 0.0, 1.0) < fraction;
-      if (fraction == 0.0) converted[13] = 1;
+      if (fraction == 0.0) converted[21] = 1;
       const Block block(mesh, converted, {1.0, nu, 1.0});
       compare(("cubes, converted " + std::to_string(fraction)).c_str(), block, 0.3);
     }
@@ -159,8 +189,8 @@ TEST(CriticalStep, OtherShapes)
   };
   for (double fraction : {0.5, 1.0})
     for (int shape = 0; shape < 2; ++shape) {
-      const Mesh mesh = shape ? box_mesh(3, 3, 3, 1.0, shaken) : box_mesh(3, 3, 3, 1.0, graded);
-      std::vector<char> converted(27, 0);
+      const Mesh mesh = shape ? box_mesh(4, 4, 4, 1.0, shaken) : box_mesh(4, 4, 4, 1.0, graded);
+      std::vector<char> converted(64, 0);
       for (char &c : converted) c = uniform(random, 0.0, 1.0) <= fraction;
       const Block block(mesh, converted, {1.0, 0.2, 1.0});
       compare(shape ? "distorted" : "graded", block, 0.3);

@@ -35,9 +35,9 @@ void expect_consistent(const FacetPoint &r, const Vec3 &p, const Vec3 node[4], d
 double by_brute_force(const Vec3 &p, const Vec3 node[4])
 {
   double best = 1e300, xi0 = 0.0, eta0 = 0.0, width = 1.0;
-  for (int level = 0; level < 8; ++level, width *= 0.15) {
+  for (int level = 0; level < 12; ++level, width *= 0.25) {
     const double cx = xi0, cy = eta0;
-    const int n = level ? 10 : 60;
+    const int n = level ? 5 : 30;
     for (int i = -n; i <= n; ++i)
       for (int j = -n; j <= n; ++j) {
         const double xi = std::clamp(cx + width * i / n, -1.0, 1.0);
@@ -112,7 +112,7 @@ TEST(Facet, PointsOnNormalsOfWarpedFacets)
 TEST(Facet, NoPointOfTheFacetIsNearer)
 {
   std::mt19937 random(2);
-  for (int test = 0; test < 300; ++test) {
+  for (int test = 0; test < 200; ++test) {
     Vec3 node[4];
     const double slender = test % 3 == 0 ? 0.05 : 1.0;
     Mat3 skew = Mat3::Identity();
@@ -157,7 +157,7 @@ TEST(Facet, AreaAndNormal)
     // the mean of the normals, weighted by area, by a fine sum
     Vec3 vector = Vec3::Zero();
     double area = 0.0;
-    const int n = 100;
+    const int n = 40;
     const double h = 2.0 / n;
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) {
@@ -172,7 +172,7 @@ TEST(Facet, AreaAndNormal)
         area += h * h * normal.norm();
       }
     EXPECT_LT((facet_area_vector(node) - vector).norm(), 1e-6);
-    EXPECT_NEAR(facet_area(node), area, 1e-3 * area);
+    EXPECT_NEAR(facet_area(node), area, 2e-3 * area);
   }
 }
 

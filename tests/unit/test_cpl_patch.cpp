@@ -1,4 +1,4 @@
-// The FE/DE patch test: any set of converted elements, any linear displacement field, nothing moves.
+// The FE/DE patch test: any set of converted elements, any linear displacement field: nothing moves
 
 #include "de_block.h"
 

@@ -49,7 +49,7 @@ TEST(Shape, GradientIsTheDerivative)
     const Vec3 xi = random.matrix<Vec3>(1.0);
     for (int k = 0; k < 3; ++k) {
       const Vec3 step = 0.25 * Vec3::Unit(k);
-      const auto difference = (shape(xi + step) - shape(xi - step)) / 0.5;
+      const Eigen::Matrix<double, 8, 1> difference = (shape(xi + step) - shape(xi - step)) / 0.5;
       EXPECT_LT((difference - shape_gradient(xi).col(k)).norm(), 1e-15);
     }
   }

@@ -12,7 +12,8 @@
 ///
 /// The damping ratio zeta belongs to the restitution coefficient of exactly this law, with the
 /// contact ending when the force would become attractive (Schwager and Poeschel, Granular Matter 9
-/// (2007) 465): e = exp(-(b/w) phi), b = zeta w0, w = sqrt(w0^2 - b^2), phi = atan2(2 b w, b^2 - w^2).
+/// (2007) 465): e = exp(-(b/w) phi), b = zeta w0, w = sqrt(w0^2 - b^2),
+/// phi = atan2(2 b w, b^2 - w^2).
 ///
 /// Lever arms share the actual distance r in the ratio of the radii, so that angular momentum is
 /// conserved exactly and a pair that rotates as a rigid body does not slip.

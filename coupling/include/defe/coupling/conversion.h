@@ -59,7 +59,7 @@ GeneralCell cell_of(const std::array<NewDE, 8> &de, int k);
 constexpr double tie_weight[4] = {9.0 / 16.0, 3.0 / 16.0, 1.0 / 16.0, 3.0 / 16.0};
 
 /// Kinetic energy of the element's lumped nodes (m/8 each) less that of the DEs, spins included
-/// (solid spheres). >= 0 for bodies whose spin is not much larger than their strain rate.
+/// (solid spheres). Negative only for very slender elements that spin about their long axis.
 double conversion_kinetic_loss(const fe::HexCoords &v, double mass, const std::array<NewDE, 8> &de);
 
 }    // namespace defe

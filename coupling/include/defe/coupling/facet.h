@@ -22,10 +22,10 @@ struct FacetPoint {
   Vec3 normal;             ///< outward unit normal of the facet at the closest point
 };
 
-/// Closest point of the facet to p. Bounded: Newton steps on the natural coordinates where they
-/// lower the distance, else descent and the four edges in closed form. Unique except for points
-/// farther away than the facet's radius of curvature, where a local minimum may be returned.
-/// A facet without area has normal 0.
+/// Closest point of the facet to p: Newton's method on the natural coordinates; where that ends on
+/// the border, the four edges in closed form. A warped facet may have several local minima for
+/// points farther away than its radius of curvature: one of them is returned.
+/// A facet without area has normal 0 where it has none, and distance >= 0.
 FacetPoint closest_point(const Vec3 &p, const Vec3 node[4]);
 
 void facet_shape(double xi, double eta, double N[4]);

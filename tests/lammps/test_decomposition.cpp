@@ -1,0 +1,266 @@
+// One rank or many, whatever the grid of processors: the same forces.
+//
+// timeout: 240
+
+#include "glass_block.h"
+#include "mesh_file.h"
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+
+using namespace defe::test;
+using defe::Mat3;
+using defe::Vec3;
+
+namespace {
+
+std::vector<std::string> grids()
+{
+  switch (size_of(MPI_COMM_WORLD)) {
+    case 1: return {"1 1 1"};
+    case 2: return {"2 1 1", "1 2 1", "1 1 2"};
+    case 4: return {"1 1 4", "2 2 1", "4 1 1", "1 2 2"};
+  }
+  return {"* * *"};
+}
+
+constexpr int nx = 6, ny = 5, nz = 4;
+constexpr double h = 2e-3;
+
+/// Every node off its place by up to 15 % of the edge.
+MeshFile irregular_mesh()
+{
+  MeshFile mesh;
+  tagint tag = 0;
+  mesh.add_block("glass", 1, nx, ny, nz, h,
+                 [&](const Vec3 &X) { return Vec3(X + 0.15 * h * random_of(++tag, 3)); });
+  return mesh;
+}
+
+/// Sheared by per cents, turned, every node off its place, and moving.
+void deform(Lammps &lmp)
+{
+  Mat3 F;
+  F << 1.01, 0.05, -0.02, 0.0, 0.98, 0.03, 0.01, 0.0, 1.02;
+  F = Eigen::AngleAxisd(0.3, Vec3(1.0, 1.0, -2.0).normalized()).toRotationMatrix() * F;
+  const Vec3 c(0.5 * nx * h, 0.5 * ny * h, 0.5 * nz * h);
+  lmp.change([&](Particle &p) {
+    p.v = 20.0 * random_of(p.tag, 5) + Vec3(3e3, -1e3, 2e3).cross(p.x - c);
+    p.x = c + F * (p.x - c) + 0.01 * h * random_of(p.tag, 4);
+  });
+}
+
+/// Forces may differ by the order of summation: 1e-16 of the largest terms, of which there are some
+/// ten per node. Positions are the same numbers.
+void expect_same_forces(const Particles &reference, const Particles &here, const std::string &grid,
+                        double tolerance = 1e-12)
+{
+  ASSERT_EQ(reference.size(), here.size()) << grid;
+  const double scale = largest(reference, &Particle::f);
+  EXPECT_GT(scale, 0.0);
+  EXPECT_LT(difference(reference, here, &Particle::f), tolerance * scale) << grid;
+  const double torque = largest(reference, &Particle::torque);
+  EXPECT_LE(difference(reference, here, &Particle::torque), tolerance * torque) << grid;
+  for (const auto &p : reference)
+    EXPECT_NEAR(p.second.mass / here.at(p.first).mass, 1.0, 1e-14) << grid << " atom " << p.first;
+}
+
+/// A block of which elements here and there convert at the start.
+/// A region holds what LAMMPS has inside the box: with a period, centres above `high` are given there.
+Block scattered(double high = 1.0, double period = 0.0)
+{
+  Block block;
+  block.n[0] = nx;
+  block.n[1] = ny;
+  block.n[2] = nz;
+  std::vector<Vec3> some;
+  std::mt19937 random(11);
+  for (int k = 0; k < nz; k++)
+    for (int j = 0; j < ny; j++)
+      for (int i = 0; i < nx; i++)
+        if (random() % 3 == 0) {
+          Vec3 c = block.element_centre(i, j, k);
+          for (double &x : c)
+            if (x > high) x -= period;
+          some.push_back(c);
+        }
+  block.regions = region_of("some", some, h);
+  block.convert += " start some";
+  return block;
+}
+
+}    // namespace
+
+TEST(Decomposition, IrregularFiniteElements)
+{
+  irregular_mesh().write("irregular.data");
+  const auto forces = [](MPI_Comm comm, const std::string &grid) {
+    Block block;
+    block.processors = grid;
+    Lammps lmp(comm);
+    lmp.commands(block.header() + block.box() + block.fix() + read_mesh("irregular.data") +
+                 block.motion());
+    deform(lmp);
+    lmp.run(0);
+    const Particles first = lmp.particles();
+    lmp.run(1);
+    return std::make_pair(first, lmp.particles());
+  };
+  const Particles first = on_one_rank([&] { return forces(MPI_COMM_SELF, "1 1 1").first; });
+  const Particles second = on_one_rank([&] { return forces(MPI_COMM_SELF, "1 1 1").second; });
+  for (const auto &grid : grids()) {
+    const auto here = forces(MPI_COMM_WORLD, grid);
+    expect_same_forces(first, here.first, grid);
+    expect_same_forces(second, here.second, grid);
+  }
+}
+
+TEST(Decomposition, DiscreteElementsAndTies)
+{
+  const auto forces = [](MPI_Comm comm, const std::string &grid) {
+    Block block = scattered();
+    block.processors = grid;
+    Lammps lmp(comm);
+    lmp.commands(block.script());
+    lmp.run(0);
+    EXPECT_GT(lmp.fe(TIES), 100);
+    EXPECT_GT(lmp.fe(CONNECTIVE), 300);
+    deform(lmp);
+    lmp.run(1);
+    return lmp.particles();
+  };
+  const Particles reference = on_one_rank([&] { return forces(MPI_COMM_SELF, "1 1 1"); });
+  for (const auto &grid : grids()) expect_same_forces(reference, forces(MPI_COMM_WORLD, grid), grid);
+}
+
+// The state comes from a restart file: a block in which cracks run, with joints of all states,
+// contacts, ties and elements. Forces at the first evaluation after reading it.
+TEST(Decomposition, CrackedBlockFromRestart)
+{
+  const std::string coeff = "connective material cohesive 3e7 5.0 0.3 contact 0.7 0.3";
+  Block block;
+  block.n[0] = nx;
+  block.n[1] = ny;
+  block.n[2] = nz;
+  block.convert = "2.7e7 type 2 group particles";
+  block.coeff = coeff;
+  const auto read = [&](MPI_Comm comm, const std::string &grid) {
+    Lammps lmp(comm);
+    Block same = block;
+    same.processors = grid;
+    lmp.commands(same.header() + "read_restart cracked.restart\n" + same.fix_only() + same.motion());
+    lmp.run(0);
+    EXPECT_GT(lmp.fe(COHESIVE), 5) << "a poor example";
+    EXPECT_GT(lmp.fe(CONTACT), 20) << "a poor example";
+    EXPECT_GT(lmp.fe(TIES), 20) << "a poor example";
+    EXPECT_GT(lmp.fe(CONNECTIVE), 20) << "a poor example";
+    EXPECT_GT(lmp.fe(E_CONTACT), 0.0) << "a poor example";
+    return lmp.particles();
+  };
+  const Particles reference = on_one_rank([&] {
+    {
+      Lammps lmp(MPI_COMM_SELF);
+      lmp.commands(block.script());
+      lmp.change([&](Particle &p) {
+        p.v = Vec3(0.0, 1500.0 * (p.x[1] - 0.005), 0.0) +
+            Vec3(0.0, 0.0, 2e3).cross(p.x - block.centre()) + 0.5 * random_of(p.tag, 6);
+      });
+      lmp.run(150);
+      lmp.command("write_restart cracked.restart");
+    }
+    return read(MPI_COMM_SELF, "1 1 1");
+  });
+  for (const auto &grid : grids()) expect_same_forces(reference, read(MPI_COMM_WORLD, grid), grid);
+}
+
+// Domains that change during the run, in a brick and in a tiled decomposition, under a half converted
+// block that turns and flies across the periodic borders. 400 steps let differences of rounding grow
+// little: joints stay whole.
+TEST(Decomposition, BalancedDuringTheRun)
+{
+  const auto positions = [](MPI_Comm comm, const std::string &style, const std::string &balance) {
+    Block block = scattered();
+    block.boundary = "p p p";
+    for (int k = 0; k < 3; k++) {
+      block.box_lo[k] = -0.006;
+      block.box_hi[k] = 0.018;
+    }
+    Lammps lmp(comm);
+    lmp.commands(block.header() + style + "\n" + block.box() + block.fix() + block.mesh() +
+                 block.motion() + balance);
+    lmp.change([&](Particle &p) {
+      p.v = Vec3(200.0, -150.0, 100.0) + Vec3(2e4, 3e4, -1e4).cross(p.x - block.centre()) +
+          random_of(p.tag, 7);
+    });
+    lmp.run(400);
+    return lmp.particles();
+  };
+  const Particles reference = on_one_rank([&] { return positions(MPI_COMM_SELF, "", ""); });
+  const std::vector<std::pair<std::string, std::string>> ways = {
+      {"", ""},
+      {"", "fix balance all balance 17 1.0 shift xyz 10 1.05"},
+      {"comm_style tiled", "fix balance all balance 23 1.0 rcb"}};
+  for (const auto &way : ways) {
+    const Particles here = positions(MPI_COMM_WORLD, way.first, way.second);
+    ASSERT_EQ(reference.size(), here.size()) << way.second;
+    // x of 1e-2 m is rounded to 1e-18 m; 400 steps, and the shortest waves do not damp it
+    EXPECT_LT(difference(reference, here, &Particle::x), 1e-14) << way.second;
+    EXPECT_LT(difference(reference, here, &Particle::v), 1e-8) << way.second;
+  }
+}
+
+// A block across the borders of a periodic box feels nothing of them.
+TEST(Decomposition, AcrossPeriodicBorders)
+{
+  for (const bool from_file : {false, true}) {
+    const auto forces = [&](MPI_Comm comm, const std::string &grid, bool periodic) {
+      // the upper corner of the periodic box lies in an element, between its first node and its centre
+      const double low = -0.0215, high = 0.0025;
+      Block block = periodic ? scattered(high, high - low) : scattered();
+      block.processors = grid;
+      if (periodic) {
+        block.boundary = "p p p";
+        for (int k = 0; k < 3; k++) {
+          block.box_lo[k] = low;
+          block.box_hi[k] = high;
+        }
+      }
+      Lammps lmp(comm);
+      if (from_file) {
+        MeshFile mesh;
+        mesh.add_block("glass", 1, nx, ny, nz, h, [](const Vec3 &X) { return X; });
+        for (int k = 0; k < 3; k++) {
+          mesh.lo[k] = block.box_lo[k];
+          mesh.hi[k] = block.box_hi[k];
+        }
+        const std::string file = periodic ? "periodic.data" : "free.data";
+        mesh.write(file, comm);
+        lmp.commands(block.header() + block.box() + block.fix() + read_mesh(file) + block.motion());
+      } else
+        lmp.commands(block.script());
+      lmp.run(0);
+      // image flags apart, x is the position in the box: shift it by what makes it unwrapped
+      const Vec3 c = block.centre();
+      std::map<tagint, Vec3> shift;
+      for (const auto &p : lmp.particles()) shift[p.first] = p.second.x;
+      lmp.change([&](Particle &p) {
+        const Vec3 x = shift.at(p.tag), image = p.x - x;
+        Mat3 F;
+        F << 1.01, 0.05, -0.02, 0.0, 0.98, 0.03, 0.01, 0.0, 1.02;
+        p.x = c + F * (x - c) + 0.01 * h * random_of(p.tag, 4) + image;
+        p.v = 20.0 * random_of(p.tag, 5);
+      });
+      lmp.run(2);
+      return lmp.particles();
+    };
+    const Particles reference =
+        on_one_rank([&] { return forces(MPI_COMM_SELF, "1 1 1", false); });
+    for (const auto &grid : grids()) {
+      const Particles here = forces(MPI_COMM_WORLD, grid, true);
+      // positions were wrapped and have other roundings: 1e-18 m, against displacements of 1e-5 m
+      expect_same_forces(reference, here, grid, 1e-11);
+      EXPECT_LT(difference(reference, here, &Particle::x), 1e-15) << grid;
+    }
+  }
+}
