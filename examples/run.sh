@@ -26,10 +26,16 @@ list() {
   for folder in "$examples"/*/; do
     name=$(basename "$folder")
     variants=''
+    if [[ -f $folder/run.sh ]]; then
+      # its own run.sh names them in a line "# variants: A B ..."
+      variants=$(sed -n 's/^# variants://p' "$folder/run.sh" | head -n 1)
+      echo "  $name${variants:+ ($(sed 's/^ //; s/ /, /g' <<<"$variants"))}"
+      continue
+    fi
     for script in "$folder"in.*; do
       if [[ -f $script && $script != *~ ]]; then variants+=" ${script##*/in.}"; fi
     done
-    if [[ -n $variants || -f $folder/run.sh ]]; then echo "  $name${variants:+ ($(sed 's/^ //; s/ /, /g' <<<"$variants"))}"; fi
+    if [[ -n $variants ]]; then echo "  $name${variants:+ ($(sed 's/^ //; s/ /, /g' <<<"$variants"))}"; fi
   done
 }
 

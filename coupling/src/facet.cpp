@@ -23,6 +23,12 @@ namespace {
     Vec3 point(double xi, double eta) const { return c[0] + xi * c[1] + eta * (c[2] + xi * c[3]); }
     Vec3 along_xi(double eta) const { return c[1] + eta * c[3]; }
     Vec3 along_eta(double xi) const { return c[2] + xi * c[3]; }
+  Vec3 normal(double xi, double eta) const
+  {
+    const Vec3 n = along_xi(eta).cross(along_eta(xi));
+    const double length = n.norm();
+    return length > 0.0 ? Vec3(n / length) : Vec3(Vec3::Zero());
+  }
   };
 
   /// Least distance inside the square. Newton's method on f = |p - x|^2/2, with Gauss and Newton's
@@ -64,7 +70,7 @@ namespace {
       xi = new_xi;
       eta = new_eta;
       r = new_r;
-      if (moved < 1e-9) break;    // the next step would be its square
+      if (moved < 1e-6) break;    // the next step would be its square
     }
     constexpr double inside = 1.0 - 1e-10;
     return std::abs(xi) < inside && std::abs(eta) < inside;
@@ -102,10 +108,7 @@ double facet_area(const Vec3 node[4])
 
 Vec3 facet_normal(const Vec3 node[4], double xi, double eta)
 {
-  const Bilinear facet(node);
-  const Vec3 n = facet.along_xi(eta).cross(facet.along_eta(xi));
-  const double length = n.norm();
-  return length > 0.0 ? Vec3(n / length) : Vec3(Vec3::Zero());
+  return Bilinear(node).normal(xi, eta);
 }
 
 FacetPoint closest_point(const Vec3 &p, const Vec3 node[4])
@@ -138,7 +141,7 @@ FacetPoint closest_point(const Vec3 &p, const Vec3 node[4])
     }
   }
   facet_shape(r.xi, r.eta, r.N);
-  r.normal = facet_normal(node, r.xi, r.eta);
+  r.normal = facet.normal(r.xi, r.eta);
   const Vec3 from = p - r.closest;
   r.distance = std::copysign(from.norm(), from.dot(r.normal) < 0.0 ? -1.0 : 1.0);
   return r;

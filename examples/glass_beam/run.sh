@@ -2,6 +2,7 @@
 # Runs a variant of the glass beam and analyses it. Called by examples/run.sh, which explains the
 # DEFE_ variables:
 #   examples/run.sh glass_beam [adaptive | dem | bpm | compare] [-np N] [LAMMPS options...]
+# variants: adaptive dem bpm compare
 # compare runs the three others one after the other.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
