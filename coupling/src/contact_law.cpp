@@ -76,7 +76,8 @@ ContactResult sphere_contact(const Vec3 &xi_minus_xj, const Vec3 &v_rel, const V
   const double v_n = n.dot(v_rel);
   const double spring = p.kn * r.overlap;
   const double F_n = std::max(0.0, spring - 2.0 * zeta * std::sqrt(p.kn * reduced_mass) * v_n);
-  r.damped = (spring - F_n) * v_n * dt;
+  // v_rel is that of half a step ago (velocity Verlet); the force works with that of now
+  r.damped = (spring - F_n) * (v_n + 0.5 * dt * F_n / reduced_mass) * dt;
   r.stored = 0.5 * spring * r.overlap;
   r.force = F_n * n;
 

@@ -23,7 +23,7 @@ namespace {
     Vec3 point(double xi, double eta) const { return c[0] + xi * c[1] + eta * (c[2] + xi * c[3]); }
     Vec3 along_xi(double eta) const { return c[1] + eta * c[3]; }
     Vec3 along_eta(double xi) const { return c[2] + xi * c[3]; }
-  Vec3 normal(double xi, double eta) const
+    Vec3 normal(double xi, double eta) const
   {
     const Vec3 n = along_xi(eta).cross(along_eta(xi));
     const double length = n.norm();
@@ -144,6 +144,35 @@ FacetPoint closest_point(const Vec3 &p, const Vec3 node[4])
   r.normal = facet.normal(r.xi, r.eta);
   const Vec3 from = p - r.closest;
   r.distance = std::copysign(from.norm(), from.dot(r.normal) < 0.0 ? -1.0 : 1.0);
+  return r;
+}
+
+FacetPoint project_point(const Vec3 &p, const Vec3 node[4])
+{
+  const Bilinear facet(node);
+  FacetPoint r;
+  r.xi = r.eta = 0.0;
+  for (int iteration = 0; iteration < 20; ++iteration) {
+    const Vec3 a = facet.along_xi(r.eta), b = facet.along_eta(r.xi);
+    const Vec3 off = p - facet.point(r.xi, r.eta);
+    const double ra = off.dot(a), rb = off.dot(b);
+    const double aa = a.squaredNorm(), bb = b.squaredNorm();
+    const double ab = a.dot(b) - off.dot(facet.c[3]);
+    const double det = aa * bb - ab * ab;
+    if (!(det > 1e-20 * aa * bb)) break;    // no area, or beyond the radius of curvature
+    const double dxi = (bb * ra - ab * rb) / det, deta = (aa * rb - ab * ra) / det;
+    r.xi = std::clamp(r.xi + dxi, -2.0, 2.0);
+    r.eta = std::clamp(r.eta + deta, -2.0, 2.0);
+    if (std::abs(dxi) + std::abs(deta) < 1e-7) break;    // the next step would be its square
+  }
+  r.closest = facet.point(r.xi, r.eta);
+  facet_shape(r.xi, r.eta, r.N);
+  r.normal = facet.normal(r.xi, r.eta);
+  const bool on = std::abs(r.xi) <= 1.0 && std::abs(r.eta) <= 1.0;
+  r.feature = on ? FacetFeature::face : FacetFeature::edge;
+  r.which = 0;
+  const Vec3 off = p - r.closest;
+  r.distance = std::copysign(off.norm(), off.dot(r.normal) < 0.0 ? -1.0 : 1.0);
   return r;
 }
 

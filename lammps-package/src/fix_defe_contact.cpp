@@ -31,9 +31,9 @@ using namespace LAMMPS_NS;
 using defe::Vec3;
 using defe::fe::HexCoords;
 
-// a point this far (in facet sizes) beside a facet still counts as over it: the two sides of a
-// contact strain differently, and a node must not drop off an edge that it is flush with
-static constexpr double EDGE_MARGIN = 0.05;
+// a point this far (in natural coordinates) beside a facet still counts as over it: the two sides
+// of a contact strain differently, and a node must not drop off an edge that it is flush with
+static constexpr double EDGE_MARGIN = 0.15;
 
 // a point deeper than this (in facet sizes) is not in contact with this face
 static constexpr double MAX_DEPTH = 0.35;
@@ -359,26 +359,31 @@ void FixDefe::contact_forces()
         continue;
       const Vec3 q[4] = {Vec3(x[facet.node[0]]), Vec3(x[facet.node[1]]), Vec3(x[facet.node[2]]),
                          Vec3(x[facet.node[3]])};
-      const defe::FacetPoint here = defe::closest_point(p, q);
-      const Vec3 off = p - here.closest;
-      const double distance = off.norm();
-      if (distance >= nearest) continue;
-      const double h = off.dot(here.normal);
-      double overlap;
-      Vec3 direction = here.normal;
-      if (h > 0.0) {
+      defe::FacetPoint here;
+      double overlap, distance;
+      Vec3 direction;
+      if (cp.r > 0.0 && height > -g.warp) {
         // a sphere in front: against the closest point, be it on a face or an edge
-        if (distance >= cp.r) continue;
+        here = defe::closest_point(p, q);
+        distance = std::abs(here.distance);
         overlap = cp.r - distance;
-        direction = off / distance;
-      } else {
-        // behind: only if it is over the facet, less a margin at the edges
-        if (cp.same || (off - h * here.normal).norm() > EDGE_MARGIN * facet.size) continue;
-        overlap = cp.r - h;
+        direction = (p - here.closest) / distance;
+      }
+      if (cp.r == 0.0 || height <= -g.warp || here.distance < 0.0) {
+        // a point behind: only if it is over the facet, less a margin at the edges
+        if (cp.same) continue;
+        here = defe::project_point(p, q);
+        const double beside_xi = std::max(0.0, std::abs(here.xi) - 1.0);
+        const double beside_eta = std::max(0.0, std::abs(here.eta) - 1.0);
+        if (here.distance > 0.0 || beside_xi > EDGE_MARGIN || beside_eta > EDGE_MARGIN) continue;
+        overlap = cp.r - here.distance;
+        direction = here.normal;
+        distance = std::hypot(here.distance, 0.5 * facet.size * std::hypot(beside_xi, beside_eta));
         Vec3 speed(v[cp.point]);
         for (int a = 0; a < 4; a++) speed -= here.N[a] * Vec3(v[facet.node[a]]);
         if (overlap > was + 2.0 * dt * speed.norm() + 1.0e-7 * facet.size) continue;
       }
+      if (overlap <= 0.0 || distance >= nearest) continue;
       nearest = distance;
       depth = overlap;
       n = direction;

@@ -187,3 +187,29 @@ TEST(Penalty, ImpactorOfTheGlassBeam)
   // nodes in the edge planes z = 0 and 10 mm stand for half: 3 (4 + 2/2) = 15 full ones
   EXPECT_NEAR(k * A * 15.0, 1.67e8, 0.005e8);
 }
+
+TEST(ProjectPoint, FootOfTheNormalAlsoBesideTheFacet)
+{
+  // a warped facet, points over it and up to 0.2 (natural) beside it
+  const Vec3 node[4] = {{0.0, 0.0, 0.0}, {1.0, 0.1, 0.05}, {1.1, 1.0, 0.0}, {-0.05, 0.9, 0.08}};
+  for (double xi : {-1.2, -0.7, 0.0, 0.9, 1.15})
+    for (double eta : {-1.1, 0.3, 1.2})
+      for (double h : {-0.05, -1e-4, 0.03}) {
+        const Vec3 n = defe::facet_normal(node, xi, eta);
+        const Vec3 p = defe::facet_point(node, xi, eta) + h * n;
+        const auto r = defe::project_point(p, node);
+        EXPECT_NEAR(r.xi, xi, 1e-9);
+        EXPECT_NEAR(r.eta, eta, 1e-9);
+        EXPECT_NEAR(r.distance, h, 1e-12);
+        // a force along the normal on p and its reaction on the nodes have no moment
+        Vec3 foot = Vec3::Zero();
+        double sum = 0.0;
+        for (int a = 0; a < 4; ++a) {
+          foot += r.N[a] * node[a];
+          sum += r.N[a];
+        }
+        EXPECT_NEAR(sum, 1.0, 1e-14);
+        EXPECT_LT((p - foot).cross(r.normal).norm(), 1e-9);
+        EXPECT_EQ(r.feature == defe::FacetFeature::face, std::abs(xi) <= 1.0 && std::abs(eta) <= 1.0);
+      }
+}

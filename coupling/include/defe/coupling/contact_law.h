@@ -50,7 +50,8 @@ double damping_ratio(double restitution);
 ContactParameters contact_parameters(double kn, double kt, double restitution, double friction);
 
 /// \param xi_minus_xj       of the centres
-/// \param v_rel             velocity of i less that of j
+/// \param v_rel             velocity of i less that of j, at the half step before as velocity Verlet
+///                          has it when forces are computed
 /// \param contact_distance  of the centres at which contact begins: r_i + r_j, or less for spheres
 ///                          that overlap in the reference state
 /// \param reduced_mass      m_i m_j / (m_i + m_j)
