@@ -415,6 +415,7 @@ void FixDefe::setup_pre_exchange()
         double c[3] = {0.0, 0.0, 0.0};
         for (int a = 0; a < 8; a++)
           for (int k = 0; k < 3; k++) c[k] += 0.125 * atom->x[b.node[e][a]][k];
+        domain->remap(c);
         in = region->match(c[0], c[1], c[2]) != 0;
       }
       if (in) marked.push_back(b.hex[e]);

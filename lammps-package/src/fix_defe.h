@@ -116,6 +116,7 @@ class FixDefe : public Fix {
       Pair styles call it in their init(), which comes before ours: they need the DEs' radii. */
   void build_topology();
 
+  double largest_element() const { return max_diagonal; }
   double max_de_radius(int type) const;    // largest DE of that type that can ever be born
   bigint des_total = 0;                    // on all ranks
 

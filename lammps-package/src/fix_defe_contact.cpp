@@ -328,6 +328,7 @@ void FixDefe::contact_forces()
   double **v = atom->v;
   double **f = atom->f;
   const double dt = update->dt;
+  const bool minimizing = (update->whichflag == 2);    // then there are no velocities
   contact_energy = 0.0;
   for (auto &g : facet_planes) g.known = false;
 
@@ -379,9 +380,11 @@ void FixDefe::contact_forces()
         overlap = cp.r - here.distance;
         direction = here.normal;
         distance = std::hypot(here.distance, 0.5 * facet.size * std::hypot(beside_xi, beside_eta));
-        Vec3 speed(v[cp.point]);
-        for (int a = 0; a < 4; a++) speed -= here.N[a] * Vec3(v[facet.node[a]]);
-        if (overlap > was + 2.0 * dt * speed.norm() + 1.0e-7 * facet.size) continue;
+        if (!minimizing) {
+          Vec3 speed(v[cp.point]);
+          for (int a = 0; a < 4; a++) speed -= here.N[a] * Vec3(v[facet.node[a]]);
+          if (overlap > was + 2.0 * dt * speed.norm() + 1.0e-7 * facet.size) continue;
+        }
       }
       if (overlap <= 0.0 || distance >= nearest) continue;
       nearest = distance;

@@ -272,7 +272,12 @@ double PairDefeJoint::init_one(int i, int j)
   MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_MAX, world);
   const double ri = MAX(all[0], fix->max_de_radius(i));
   const double rj = MAX(all[1], fix->max_de_radius(j));
-  return (ri > 0.0 && rj > 0.0) ? ri + rj : 0.0;
+  if (ri > 0.0 && rj > 0.0) return ri + rj;
+
+  // nodes have no radius and enter no list; but without any cutoff LAMMPS adds no skin and puts all
+  // atoms into one bin
+
+  return 0.05 * fix->largest_element();
 }
 
 /* ---------------------------------------------------------------------- */

@@ -19,9 +19,9 @@ struct Block {
   double E = 74.09e9, nu = 0.2, rho = 2500.0;
   double dt = 5e-8;
   double skin = 5e-4;
-  std::string processors;                    // * * * if empty
-  std::string regions;                       // commands before the fix
-  std::string options;                       // of fix defe
+  std::string processors;                                 // * * * if empty
+  std::string regions;                                    // commands before the fix
+  std::string options;                                    // of fix defe
   std::string convert = "1e12 type 2 group particles";    // of keyword convert
   std::string pair = "defe/joint";
   std::string coeff = "connective material cohesive 1e12 1e6 0.1 contact 0.9 0.2";
@@ -79,7 +79,8 @@ struct Block {
   std::string motion() const
   {
     return "group nodes type 1\nfix move1 nodes nve\nfix move2 particles nve/sphere\nneighbor " +
-        number(skin) + " bin\nneigh_modify every 1 delay 0 check yes\ntimestep " + number(dt) + "\n";
+        number(skin) + " bin\nneigh_modify every 1 delay 0 check yes\ntimestep " + number(dt) +
+        "\n";
   }
 
   std::string script() const { return header() + box() + fix() + mesh() + motion(); }

@@ -3,10 +3,11 @@
 
 // LAMMPS in a test: starting it quietly, giving it commands, and getting at what it computed.
 //
-// Everything here is collective: all ranks of the communicator call it, and all get the same answer.
-// With the environment variable DEFE_TEST_LOG set, each LAMMPS writes log.SUITE.TEST.N.
+// Everything here is collective: all ranks of the communicator call it, and all get the same
+// answer. With the environment variable DEFE_TEST_LOG set, each LAMMPS writes log.SUITE.TEST.N.
 //
-// Two LAMMPS must not be alive at the same time: the plugin registers its styles in one of them only.
+// Two LAMMPS must not be alive at the same time: the plugin registers its styles in one of them
+// only.
 
 #include "defe/types.h"
 
@@ -43,9 +44,31 @@ using LAMMPS_NS::tagint;
 
 /// Entries of fix defe's vector, numbered as in an input script (f_fe[1] ...).
 enum Entry {
-  ELEMENTS = 1, CONVERTED, DES, CONNECTIVE, COHESIVE, CONTACT, TIES, S1_MAX, E_ELEMENTS, E_JOINTS,
-  E_TIES, E_COHESIVE, E_CONTACT, E_KINETIC, FRACTURE, RELEASE, DAMPING, FRICTION, CONV_STRAIN,
-  CONV_KINETIC, EXTERNAL, TOTAL, BALANCE, FIRST_CONVERSION, FIRST_DAMAGE
+  ELEMENTS = 1,
+  CONVERTED,
+  DES,
+  CONNECTIVE,
+  COHESIVE,
+  CONTACT,
+  TIES,
+  S1_MAX,
+  E_ELEMENTS,
+  E_JOINTS,
+  E_TIES,
+  E_COHESIVE,
+  E_CONTACT,
+  E_KINETIC,
+  FRACTURE,
+  RELEASE,
+  DAMPING,
+  FRICTION,
+  CONV_STRAIN,
+  CONV_KINETIC,
+  EXTERNAL,
+  TOTAL,
+  BALANCE,
+  FIRST_CONVERSION,
+  FIRST_DAMAGE
 };
 
 /// A node or a DE. x is unwrapped.
@@ -364,7 +387,8 @@ inline double difference(const Particles &a, const Particles &b, Vec3 Particle::
   for (const auto &p : a) {
     const auto other = b.find(p.first);
     if (other == b.end() || a.size() != b.size()) {
-      ADD_FAILURE() << a.size() << " and " << b.size() << " atoms; atom " << p.first << " is missing";
+      ADD_FAILURE() << a.size() << " and " << b.size() << " atoms; atom " << p.first
+                    << " is missing";
       return 1e300;
     }
     largest = std::max(largest, (p.second.*what - other->second.*what).norm());

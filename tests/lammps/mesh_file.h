@@ -16,10 +16,10 @@
 namespace defe::test {
 
 struct MeshFile {
-  std::vector<Vec3> X;                          // node k has ID k + 1
-  std::vector<std::array<tagint, 8>> hex;       // element e has ID e + 1
-  std::vector<std::string> part;                // of each element
-  std::vector<int> type;                        // of each node
+  std::vector<Vec3> X;                                           // node k has ID k + 1
+  std::vector<std::array<tagint, 8>> hex;                        // element e has ID e + 1
+  std::vector<std::string> part;                                 // of each element
+  std::vector<int> type;                                         // of each node
   Vec3 lo = Vec3::Constant(-0.02), hi = Vec3::Constant(0.03);    // box
   int types = 2;
 
@@ -40,8 +40,9 @@ struct MeshFile {
           std::array<tagint, 8> nodes;
           for (int a = 0; a < 8; a++)
             nodes[a] = first + i + (fe::hex_sign[a][0] + 1) / 2 +
-                (nx + 1) * (j + (fe::hex_sign[a][1] + 1) / 2 +
-                            (ny + 1) * (k + (fe::hex_sign[a][2] + 1) / 2));
+                (nx + 1) *
+                    (j + (fe::hex_sign[a][1] + 1) / 2 +
+                     (ny + 1) * (k + (fe::hex_sign[a][2] + 1) / 2));
           hex.push_back(nodes);
           part.push_back(name);
         }

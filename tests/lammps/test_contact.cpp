@@ -28,18 +28,21 @@ std::string script(double nu, double factor, double dt, const std::string &box,
     newton          off on
     comm_modify     vel yes
     boundary        f f f
-    region          box block )" + box + R"(
+    region          box block )" +
+      box + R"(
     create_box      3 box
     region          end block INF 0.02 INF INF INF INF
     pair_style      defe/joint
     pair_coeff      2 2 connective material cohesive 1e12 1e6 0.1 contact 0.9 0.0
     group           particles empty
-    fix             fe all defe material glass elastic )" + number(E) + " " + number(nu) + " " +
-      number(rho) + R"( material wall rigid 7800 convert glass 1e12 type 2 group particles )" +
-      convert + " contact " + number(factor) + more + R"(
+    fix             fe all defe material glass elastic )" +
+      number(E) + " " + number(nu) + " " + number(rho) +
+      R"( material wall rigid 7800 convert glass 1e12 type 2 group particles )" + convert +
+      " contact " + number(factor) + more + R"(
     neighbor        0.0003 bin
     neigh_modify    every 1 delay 0 check yes
-    timestep        )" + number(dt) + "\n";
+    timestep        )" +
+      number(dt) + "\n";
 }
 
 const std::string motion = R"(
@@ -110,14 +113,14 @@ void bounce(double angle, const std::string &convert, double friction = 0.0)
   lmp.commands(script(0.2, 0.5, dt, "-0.02 0.02 -0.02 0.03 -0.02 0.02", convert,
                       friction > 0.0 ? " friction " + number(friction) : "") +
                "create_hexes fe glass 1 x -0.004 4 0.004 y 0 4 0.008 z -0.004 4 0.004\n"
-               "create_hexes fe wall 3 x -0.014 5 0.0137 y -0.004 1 0 z -0.0133 4 0.0142\n" + motion);
+               "create_hexes fe wall 3 x -0.014 5 0.0137 y -0.004 1 0 z -0.0133 4 0.0142\n" +
+               motion);
   lmp.run(0);    // what converts, does so in the mesh's own position
   const Mat3 R = (Eigen::AngleAxisd(angle, Vec3(1.0, 0.3, 0.5).normalized())).toRotationMatrix();
   const Particles start = body(lmp.particles());
   // lowest point just above the floor; spheres reach deeper than their centres
   double lowest = 1.0;
-  for (const auto &p : start)
-    lowest = std::min(lowest, (R * p.second.x)[1] - p.second.radius);
+  for (const auto &p : start) lowest = std::min(lowest, (R * p.second.x)[1] - p.second.radius);
   lmp.change([&](Particle &p) {
     if (p.type == 3) return;
     p.x = R * p.x - Vec3(0.0, lowest - 1e-6, 0.0);
@@ -185,18 +188,19 @@ TEST(SurfaceContact, BlockBouncesWithFriction)
   bounce(0.6, "", 0.3);
 }
 
-// Two deformable blocks of other meshes collide, off each other's middle, with an edge of one 0.1 mm
-// beside the edge of the other: nobody else is there, so linear and angular momentum stay to rounding.
+// Two deformable blocks of other meshes collide, off each other's middle, with an edge of one 0.1
+// mm beside the edge of the other: nobody else is there, so linear and angular momentum stay to
+// rounding.
 TEST(SurfaceContact, TwoBlocksCollide)
 {
   for (const std::string convert : {"", "start all"}) {
     const double dt = 4e-8;
     Lammps lmp;
-    lmp.commands(script(0.2, 0.5, dt, "-0.02 0.02 -0.02 0.03 -0.02 0.02", convert,
-                        " part other glass") +
-                 "create_hexes fe glass 1 x -0.004 4 0.004 y 0.00001 4 0.00801 z -0.004 4 0.004\n"
-                 "create_hexes fe other 1 x -0.0023 3 0.0072 y -0.006 2 0 z -0.0021 2 0.0041\n" +
-                 motion);
+    lmp.commands(
+        script(0.2, 0.5, dt, "-0.02 0.02 -0.02 0.03 -0.02 0.02", convert, " part other glass") +
+        "create_hexes fe glass 1 x -0.004 4 0.004 y 0.00001 4 0.00801 z -0.004 4 0.004\n"
+        "create_hexes fe other 1 x -0.0023 3 0.0072 y -0.006 2 0 z -0.0021 2 0.0041\n" +
+        motion);
     lmp.run(0);
     const Mat3 R = Eigen::AngleAxisd(0.01, Vec3(1.0, 0.0, 1.0).normalized()).toRotationMatrix();
     lmp.change([&](Particle &p) {
@@ -222,19 +226,21 @@ TEST(SurfaceContact, TwoBlocksCollide)
 
 namespace {
 
-/// A block of 4 x 4 x 4 elements on a rigid base, pressed by a uniform pressure on top and brought to
-/// rest by viscous forces. Returns y and syy of the elements' centres.
+/// A block of 4 x 4 x 4 elements on a rigid base, pressed by a uniform pressure on top and brought
+/// to rest by viscous forces. Returns y and syy of the elements' centres.
 std::vector<std::vector<double>> press(const std::string &base, double pressure, double &base_force)
 {
   const double dt = 1e-7, h = 2e-3;
   Lammps lmp;
   lmp.commands(script(0.0, 0.5, dt, "-0.02 0.03 -0.02 0.03 -0.02 0.03", "") +
-               "create_hexes fe glass 1 x 0 4 0.008 y 0 4 0.008 z 0 4 0.008\n" + base + "\n" + motion +
+               "create_hexes fe glass 1 x 0 4 0.008 y 0 4 0.008 z 0 4 0.008\n" + base + "\n" +
+               motion +
                R"(
     # nodal forces of a uniform pressure: a quarter at the corners, half at the edges
     variable        wx atom 1-0.5*(x<1e-6||x>0.008-1e-6)
     variable        wz atom 1-0.5*(z<1e-6||z>0.008-1e-6)
-    variable        fy atom v_wx*v_wz*)" + number(-pressure * h * h) + R"(
+    variable        fy atom v_wx*v_wz*)" +
+               number(-pressure * h * h) + R"(
     fix             weight all store/state 0 v_fy
     variable        load atom f_weight
     region          top block INF INF 0.0079 INF INF INF
@@ -253,8 +259,8 @@ std::vector<std::vector<double>> press(const std::string &base, double pressure,
 }    // namespace
 
 // nu = 0 and a smooth base. With a base of the same mesh the pressure is uniform to rounding. Where
-// the base goes on beyond the block, its nodes at the block's border stand for areas of which half is
-// not covered, and where its nodes lie elsewhere they push at other points: uniform roughly.
+// the base goes on beyond the block, its nodes at the block's border stand for areas of which half
+// is not covered, and where its nodes lie elsewhere they push at other points: uniform roughly.
 TEST(SurfaceContact, UniformPressure)
 {
   const double pressure = 10e6, area = 64e-6;
@@ -337,8 +343,8 @@ Outcome collide(const Collision &c)
   return result;
 }
 
-constexpr double d = 1e-3;                     // diameter
-constexpr double m = rho * d * d * d;          // mass of a cube d x d x d
+constexpr double d = 1e-3;               // diameter
+constexpr double m = rho * d * d * d;    // mass of a cube d x d x d
 
 }    // namespace
 
@@ -355,8 +361,7 @@ TEST(SphereContact, Restitution)
     EXPECT_NEAR((vb - va)[0] / v, e, 0.004) << e;
     EXPECT_LT((m * (va + vb) - m * Vec3(v, 0.0, 0.0)).norm(), 1e-13 * m * v) << e;
     EXPECT_NEAR(r.damping, 0.25 * m * v * v * (1.0 - e * e), 0.005 * m * v * v) << e;
-    // the dashpot's loss is booked with the velocity half a step off: c dt/m of it
-    EXPECT_NEAR(r.total_after / r.total_before, 1.0, e == 1.0 ? 1e-5 : 3e-3) << e;
+    EXPECT_NEAR(r.total_after / r.total_before, 1.0, 1e-5) << e;
     EXPECT_EQ(r.friction, 0.0);
     if (e == 1.0) {
       const double half_period = M_PI * std::sqrt(0.5 * m / (E * d));
@@ -385,7 +390,8 @@ TEST(SphereContact, GrossSliding)
   EXPECT_GT(slip, 0.4 * vt);
   // both spin the same way: a torque of r times the tangential impulse, I = 0.4 m r^2
   for (const auto *p : {&a, &b}) {
-    EXPECT_NEAR(std::abs(p->omega[2]) / (tangential * 0.5 * d / (0.4 * m * 0.25 * d * d)), 1.0, 0.01);
+    EXPECT_NEAR(std::abs(p->omega[2]) / (tangential * 0.5 * d / (0.4 * m * 0.25 * d * d)), 1.0,
+                0.01);
     EXPECT_GT(p->omega[2] * a.omega[2], 0.0);
   }
   EXPECT_LT((momentum(r.end) - momentum(r.start)).norm(), 1e-13 * m * 5.0);
@@ -399,7 +405,8 @@ TEST(SphereContact, GrossSliding)
 TEST(SphereContact, Sticking)
 {
   const double vn = 2.0, vt = 0.5, fly = 0.01 * d / vn;
-  const Outcome r = collide({1.0, 10.0, Vec3(vt * fly, 1.01 * d, 0.0), Vec3(vt, vn, 0.0), 1e-9, 10000});
+  const Outcome r =
+      collide({1.0, 10.0, Vec3(vt * fly, 1.01 * d, 0.0), Vec3(vt, vn, 0.0), 1e-9, 10000});
   EXPECT_LT((momentum(r.end) - momentum(r.start)).norm(), 1e-13 * m * 5.0);
   EXPECT_LT((angular_momentum(r.end) - angular_momentum(r.start)).norm(), 1e-12 * m * 5.0 * d);
   EXPECT_NE(r.end.at(17).omega[2], 0.0);
@@ -416,9 +423,10 @@ TEST(SphereContact, FragmentsCollide)
   block.convert += " start all";
   block.dt = 2e-8;
   Lammps lmp;
-  lmp.commands(block.header() + block.box() + block.fix() + block.mesh() +
-               "create_hexes fe glass 1 x 0.0011 2 0.0051 y 0.00401 2 0.00801 z -0.0001 2 0.0039\n" +
-               block.motion());
+  lmp.commands(
+      block.header() + block.box() + block.fix() + block.mesh() +
+      "create_hexes fe glass 1 x 0.0011 2 0.0051 y 0.00401 2 0.00801 z -0.0001 2 0.0039\n" +
+      block.motion());
   lmp.change([&](Particle &p) {
     if (p.x[1] > 0.004005) p.v = Vec3(1.0, -3.0, 0.5);
   });
@@ -432,7 +440,9 @@ TEST(SphereContact, FragmentsCollide)
   EXPECT_GT(*std::max_element(contact.begin(), contact.end()), 0.05 * before);
   EXPECT_GT(damped.back(), 0.02 * before);
   EXPECT_GT(rubbed.back(), 1e-3 * before);
-  for (size_t k = 1; k < damped.size(); k++) EXPECT_GE(damped[k], damped[k - 1]);
+  // what is lost is lost; the dashpot's force is of half a step earlier than the velocity it is
+  // booked with, which may have turned round since
+  for (size_t k = 1; k < damped.size(); k++) EXPECT_GE(damped[k], damped[k - 1] - 1e-4 * before);
   for (size_t k = 1; k < rubbed.size(); k++) EXPECT_GE(rubbed[k], rubbed[k - 1]);
   EXPECT_LT(largest_deviation(lmp.recorded(0)), 0.01 * before);
   EXPECT_LT((momentum(end) - momentum(start)).norm(), 1e-12 * scale);

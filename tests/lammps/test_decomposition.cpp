@@ -18,9 +18,12 @@ namespace {
 std::vector<std::string> grids()
 {
   switch (size_of(MPI_COMM_WORLD)) {
-    case 1: return {"1 1 1"};
-    case 2: return {"2 1 1", "1 2 1", "1 1 2"};
-    case 4: return {"1 1 4", "2 2 1", "4 1 1", "1 2 2"};
+    case 1:
+      return {"1 1 1"};
+    case 2:
+      return {"2 1 1", "1 2 1", "1 1 2"};
+    case 4:
+      return {"1 1 4", "2 2 1", "4 1 1", "1 2 2"};
   }
   return {"* * *"};
 }
@@ -33,8 +36,9 @@ MeshFile irregular_mesh()
 {
   MeshFile mesh;
   tagint tag = 0;
-  mesh.add_block("glass", 1, nx, ny, nz, h,
-                 [&](const Vec3 &X) { return Vec3(X + 0.15 * h * random_of(++tag, 3)); });
+  mesh.add_block("glass", 1, nx, ny, nz, h, [&](const Vec3 &X) {
+    return Vec3(X + 0.15 * h * random_of(++tag, 3));
+  });
   return mesh;
 }
 
@@ -66,8 +70,8 @@ void expect_same_forces(const Particles &reference, const Particles &here, const
     EXPECT_NEAR(p.second.mass / here.at(p.first).mass, 1.0, 1e-14) << grid << " atom " << p.first;
 }
 
-/// A block of which elements here and there convert at the start.
-/// A region holds what LAMMPS has inside the box: with a period, centres above `high` are given there.
+/// A block of which elements here and there convert at the start. A region holds what LAMMPS has
+/// inside the box: with a period, centres above `high` are given there.
 Block scattered(double high = 1.0, double period = 0.0)
 {
   Block block;
@@ -107,8 +111,12 @@ TEST(Decomposition, IrregularFiniteElements)
     lmp.run(1);
     return std::make_pair(first, lmp.particles());
   };
-  const Particles first = on_one_rank([&] { return forces(MPI_COMM_SELF, "1 1 1").first; });
-  const Particles second = on_one_rank([&] { return forces(MPI_COMM_SELF, "1 1 1").second; });
+  const Particles first = on_one_rank([&] {
+    return forces(MPI_COMM_SELF, "1 1 1").first;
+  });
+  const Particles second = on_one_rank([&] {
+    return forces(MPI_COMM_SELF, "1 1 1").second;
+  });
   for (const auto &grid : grids()) {
     const auto here = forces(MPI_COMM_WORLD, grid);
     expect_same_forces(first, here.first, grid);
@@ -118,11 +126,13 @@ TEST(Decomposition, IrregularFiniteElements)
 
 TEST(Decomposition, DiscreteElementsAndTies)
 {
-  const auto forces = [](MPI_Comm comm, const std::string &grid) {
+  const auto forces = [](MPI_Comm comm, const std::string &grid,
+                         const std::string &newton = "newton off on") {
     Block block = scattered();
     block.processors = grid;
     Lammps lmp(comm);
-    lmp.commands(block.script());
+    std::string script = block.script();
+    lmp.commands(script.replace(script.find("newton off on"), 13, newton));
     lmp.run(0);
     EXPECT_GT(lmp.fe(TIES), 100);
     EXPECT_GT(lmp.fe(CONNECTIVE), 300);
@@ -130,8 +140,13 @@ TEST(Decomposition, DiscreteElementsAndTies)
     lmp.run(1);
     return lmp.particles();
   };
-  const Particles reference = on_one_rank([&] { return forces(MPI_COMM_SELF, "1 1 1"); });
-  for (const auto &grid : grids()) expect_same_forces(reference, forces(MPI_COMM_WORLD, grid), grid);
+  const Particles reference = on_one_rank([&] {
+    return forces(MPI_COMM_SELF, "1 1 1");
+  });
+  for (const auto &grid : grids()) {
+    expect_same_forces(reference, forces(MPI_COMM_WORLD, grid), grid);
+    expect_same_forces(reference, forces(MPI_COMM_WORLD, grid, "newton on"), grid + " newton on");
+  }
 }
 
 // The state comes from a restart file: a block in which cracks run, with joints of all states,
@@ -149,7 +164,8 @@ TEST(Decomposition, CrackedBlockFromRestart)
     Lammps lmp(comm);
     Block same = block;
     same.processors = grid;
-    lmp.commands(same.header() + "read_restart cracked.restart\n" + same.fix_only() + same.motion());
+    lmp.commands(same.header() + "read_restart cracked.restart\n" + same.fix_only() +
+                 same.motion());
     lmp.run(0);
     EXPECT_GT(lmp.fe(COHESIVE), 5) << "a poor example";
     EXPECT_GT(lmp.fe(CONTACT), 20) << "a poor example";
@@ -174,9 +190,54 @@ TEST(Decomposition, CrackedBlockFromRestart)
   for (const auto &grid : grids()) expect_same_forces(reference, read(MPI_COMM_WORLD, grid), grid);
 }
 
-// Domains that change during the run, in a brick and in a tiled decomposition, under a half converted
-// block that turns and flies across the periodic borders. 400 steps let differences of rounding grow
-// little: joints stay whole.
+// A block, half of it discrete, falls on a deformable and a rigid block and slides: surface contact
+// of nodes and spheres with friction, sphere contact, on all grids and with both settings of
+// newton.
+TEST(Decomposition, CollisionsWithFriction)
+{
+  const auto states = [](MPI_Comm comm, const std::string &grid, const std::string &newton) {
+    Block block;
+    block.processors = grid;
+    block.regions = "region half block 0.003 INF INF INF INF INF";
+    block.convert += " start half";
+    block.options = "part base glass material wall rigid 7800 contact 0.5 friction 0.2";
+    Lammps lmp(comm);
+    std::string script = block.script();
+    script.replace(script.find("newton off on"), 13, newton);
+    lmp.commands(script + R"(
+      create_hexes    fe base 1 x -0.0013 2 0.0047 y -0.004 2 -0.00001 z -0.001 2 0.005
+      create_hexes    fe wall 1 x 0.0048 1 0.012 y -0.003 1 -0.00001 z -0.0012 1 0.0051
+      region          wall block 0.00475 INF INF -0.000005 INF INF
+      group           wall region wall
+      fix             hold wall setforce 0 0 0
+    )");
+    lmp.change([&](Particle &p) {
+      if (p.x[1] > -0.000005) p.v = Vec3(3.0, -6.0, 1.0) + 0.1 * random_of(p.tag, 12);
+    });
+    lmp.record({"f_fe[13]", "f_fe[18]", "f_fe[22]"}, 5);
+    lmp.run(300);
+    const auto contact = lmp.recorded(0), total = lmp.recorded(2);
+    EXPECT_GT(*std::max_element(contact.begin(), contact.end()), 0.1 * total.front());
+    EXPECT_GT(lmp.recorded(1).back(), 0.002 * total.front());
+    EXPECT_LT(largest_deviation(total), 0.02 * total.front());
+    return lmp.particles();
+  };
+  const Particles reference = on_one_rank([&] {
+    return states(MPI_COMM_SELF, "1 1 1", "newton off on");
+  });
+  for (const std::string newton : {"newton off on", "newton on"})
+    for (const auto &grid : grids()) {
+      const Particles here = states(MPI_COMM_WORLD, grid, newton);
+      // 1e-18 m is the rounding of positions; 300 steps and some thousand slips between
+      EXPECT_LT(difference(reference, here, &Particle::x), 1e-14) << grid << ", " << newton;
+      EXPECT_LT(difference(reference, here, &Particle::v), 1e-8) << grid << ", " << newton;
+      EXPECT_LT(difference(reference, here, &Particle::omega), 1e-3) << grid << ", " << newton;
+    }
+}
+
+// Domains that change during the run, in a brick and in a tiled decomposition, under a half
+// converted block that turns and flies across the periodic borders. 400 steps let differences of
+// rounding grow little: joints stay whole.
 TEST(Decomposition, BalancedDuringTheRun)
 {
   const auto positions = [](MPI_Comm comm, const std::string &style, const std::string &balance) {
@@ -196,7 +257,9 @@ TEST(Decomposition, BalancedDuringTheRun)
     lmp.run(400);
     return lmp.particles();
   };
-  const Particles reference = on_one_rank([&] { return positions(MPI_COMM_SELF, "", ""); });
+  const Particles reference = on_one_rank([&] {
+    return positions(MPI_COMM_SELF, "", "");
+  });
   const std::vector<std::pair<std::string, std::string>> ways = {
       {"", ""},
       {"", "fix balance all balance 17 1.0 shift xyz 10 1.05"},
@@ -215,7 +278,8 @@ TEST(Decomposition, AcrossPeriodicBorders)
 {
   for (const bool from_file : {false, true}) {
     const auto forces = [&](MPI_Comm comm, const std::string &grid, bool periodic) {
-      // the upper corner of the periodic box lies in an element, between its first node and its centre
+      // the upper corner of the periodic box lies in an element, between its first node and its
+      // centre
       const double low = -0.0215, high = 0.0025;
       Block block = periodic ? scattered(high, high - low) : scattered();
       block.processors = grid;
@@ -229,7 +293,9 @@ TEST(Decomposition, AcrossPeriodicBorders)
       Lammps lmp(comm);
       if (from_file) {
         MeshFile mesh;
-        mesh.add_block("glass", 1, nx, ny, nz, h, [](const Vec3 &X) { return X; });
+        mesh.add_block("glass", 1, nx, ny, nz, h, [](const Vec3 &X) {
+          return X;
+        });
         for (int k = 0; k < 3; k++) {
           mesh.lo[k] = block.box_lo[k];
           mesh.hi[k] = block.box_hi[k];
@@ -254,8 +320,9 @@ TEST(Decomposition, AcrossPeriodicBorders)
       lmp.run(2);
       return lmp.particles();
     };
-    const Particles reference =
-        on_one_rank([&] { return forces(MPI_COMM_SELF, "1 1 1", false); });
+    const Particles reference = on_one_rank([&] {
+      return forces(MPI_COMM_SELF, "1 1 1", false);
+    });
     for (const auto &grid : grids()) {
       const Particles here = forces(MPI_COMM_WORLD, grid, true);
       // positions were wrapped and have other roundings: 1e-18 m, against displacements of 1e-5 m

@@ -35,7 +35,10 @@ std::string replaced(std::string text, const std::string &what, const std::strin
   return text.replace(at, what.size(), by);
 }
 
-std::string good() { return Block().script(); }
+std::string good()
+{
+  return Block().script();
+}
 
 }    // namespace
 
@@ -67,15 +70,18 @@ TEST(Errors, TimeStep)
 TEST(Errors, PairStyle)
 {
   const std::string style = "pair_style defe/joint\npair_coeff 2 2 " + Block().coeff;
-  EXPECT_THAT(failure(replaced(good(), style, "") + "run 0"), HasSubstr("use pair_style defe/joint"));
+  EXPECT_THAT(failure(replaced(good(), style, "") + "run 0"),
+              HasSubstr("use pair_style defe/joint"));
   EXPECT_THAT(failure(replaced(good(), style, "pair_style zero 0.002\npair_coeff * *") + "run 0"),
               HasSubstr("use pair_style defe/joint"));
   EXPECT_THAT(failure(replaced(good(), style, "pair_style defe/joint") + "run 0"),
               HasSubstr("pair coeffs are not set"));    // LAMMPS' own
   EXPECT_THAT(failure(replaced(good(), "pair_coeff 2 2", "pair_coeff 1 1") + "run 0"),
               AllOf(HasSubstr("part glass"), HasSubstr("pair_coeff 2 2")));
-  EXPECT_THAT(failure(replaced(good(), style, "pair_style defe/joint\npair_coeff 2 2 connective material") + "run 0"),
-              AllOf(HasSubstr("pair_coeff 2 2"), HasSubstr("cohesive")));
+  EXPECT_THAT(
+      failure(replaced(good(), style, "pair_style defe/joint\npair_coeff 2 2 connective material") +
+              "run 0"),
+      AllOf(HasSubstr("pair_coeff 2 2"), HasSubstr("cohesive")));
   EXPECT_THAT(failure(replaced(good(), "connective material", "connective 70e9 0.2") + "run 0"),
               HasSubstr("differs from material glass"));
   EXPECT_THAT(failure(replaced(good(), "connective material", "connective 74.09e9 0.7")),
@@ -98,9 +104,11 @@ TEST(Errors, FixDefe)
     if (!convert.empty()) block.convert = convert;
     return failure(block.script());
   };
-  EXPECT_THAT(with("", "1e12 type 3 group particles"), HasSubstr("atom type 3 does not exist (1 to 2)"));
+  EXPECT_THAT(with("", "1e12 type 3 group particles"),
+              HasSubstr("atom type 3 does not exist (1 to 2)"));
   EXPECT_THAT(with("", "1e12 type 2 group pieces"), HasSubstr("group pieces does not exist"));
-  EXPECT_THAT(with("", "1e12 type 2 start nowhere"), HasSubstr("start must be no, all or a region"));
+  EXPECT_THAT(with("", "1e12 type 2 start nowhere"),
+              HasSubstr("start must be no, all or a region"));
   EXPECT_THAT(with("", "1e12 group particles"), HasSubstr("type N"));
   EXPECT_THAT(with("", "-5 type 2"), HasSubstr("conversion stress must be > 0"));
   EXPECT_THAT(with("convert wood 1 type 2", ""), HasSubstr("unknown part wood"));
@@ -119,12 +127,14 @@ TEST(Errors, FixDefe)
 TEST(Errors, OrderOfCommands)
 {
   const std::string fix = Block().fix_only();
-  EXPECT_THAT(failure(replaced(good(), fix, "fix lb all balance 100 1.0 shift xyz 5 1.1\n" + fix) + "run 0"),
+  EXPECT_THAT(failure(replaced(good(), fix, "fix lb all balance 100 1.0 shift xyz 5 1.1\n" + fix) +
+                      "run 0"),
               AllOf(HasSubstr("Fix lb balance"), HasSubstr("after fix fe")));
   EXPECT_THAT(failure(replaced(good(), fix, Block().mesh() + fix)), HasSubstr("fe"));
   Block block;
   block.convert += " start all";
-  EXPECT_THAT(failure(block.script() + "run 1\n" + block.mesh()), HasSubstr("before elements convert"));
+  EXPECT_THAT(failure(block.script() + "run 1\n" + block.mesh()),
+              HasSubstr("before elements convert"));
 }
 
 TEST(Errors, CreateHexes)
@@ -138,7 +148,8 @@ TEST(Errors, CreateHexes)
   EXPECT_THAT(with("fe glass 1 x 0 1 0.001 y 0.01 1 0.002 z 0 1 0.001"), HasSubstr("must go up"));
   EXPECT_THAT(with("fe glass 1 x 0 0 0.001 y 0 1 0.001 z 0 1 0.001"), HasSubstr("0 elements"));
   EXPECT_THAT(with("fe glass 1 x 0 1 0.001 z 0 1 0.001"), HasSubstr("expected 'y"));
-  EXPECT_THAT(with("fe glass 1 x 0 1 0.001 y 0 1 0.001 z 0 1 0.001 w"), HasSubstr("unknown word w"));
+  EXPECT_THAT(with("fe glass 1 x 0 1 0.001 y 0 1 0.001 z 0 1 0.001 w"),
+              HasSubstr("unknown word w"));
 }
 
 // Errors of the mesh are found by one rank.
@@ -151,13 +162,16 @@ TEST(Errors, Mesh)
   };
   if (rank_of(MPI_COMM_WORLD) == 0) {
     MeshFile good;
-    good.add_block("glass", 1, 2, 1, 1, 2e-3, [](const Vec3 &X) { return X; });
+    good.add_block("glass", 1, 2, 1, 1, 2e-3, [](const Vec3 &X) {
+      return X;
+    });
     EXPECT_EQ(failure(script(good), MPI_COMM_SELF), "");
 
     MeshFile mesh = good;
     std::swap(mesh.hex[1][0], mesh.hex[1][6]);
     EXPECT_THAT(failure(script(mesh), MPI_COMM_SELF),
-                AllOf(HasSubstr("Part glass"), HasSubstr("hexahedron 2 is inverted"), HasSubstr("(0.002 0.002 0.002)")))
+                AllOf(HasSubstr("Part glass"), HasSubstr("hexahedron 2 is inverted"),
+                      HasSubstr("(0.002 0.002 0.002)")))
         << "inverted, with the coordinates of its nodes";
     mesh = good;
     mesh.hex[1][3] = mesh.hex[1][2];
@@ -173,8 +187,7 @@ TEST(Errors, Mesh)
     EXPECT_THAT(failure(script(mesh), MPI_COMM_SELF), HasSubstr("share"));
     mesh = good;
     mesh.part[1] = "wood";
-    EXPECT_THAT(failure(script(mesh), MPI_COMM_SELF),
-                AllOf(HasSubstr("Hexes"), HasSubstr("wood")));
+    EXPECT_THAT(failure(script(mesh), MPI_COMM_SELF), AllOf(HasSubstr("Hexes"), HasSubstr("wood")));
     // a node where no element is: an atom of a node's type that nothing moves is no error
   }
   MPI_Barrier(MPI_COMM_WORLD);
@@ -189,11 +202,13 @@ TEST(Errors, ElementTurnsInsideOut)
       block.n[0] = block.n[1] = block.n[2] = 1;
       block.options = kernel;
       block.convert = "1e15 type 2 group particles";
-      EXPECT_THAT(failure(block.script() + "velocity nodes set 0 0 -2e4\nregion low block INF INF INF "
-                          "INF INF 0.001\ngroup low region low\nvelocity low set 0 0 2e4\nrun 100",
-                          MPI_COMM_SELF),
-                  AllOf(HasSubstr("Element 1 of part glass turned inside out at step"),
-                        HasSubstr("timestep")))
+      EXPECT_THAT(
+          failure(block.script() +
+                      "velocity nodes set 0 0 -2e4\nregion low block INF INF INF "
+                      "INF INF 0.001\ngroup low region low\nvelocity low set 0 0 2e4\nrun 100",
+                  MPI_COMM_SELF),
+          AllOf(HasSubstr("Element 1 of part glass turned inside out at step"),
+                HasSubstr("timestep")))
           << kernel;
     }
   }

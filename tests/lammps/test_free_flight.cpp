@@ -24,8 +24,9 @@ double shadow_energy(Lammps &lmp, double dt)
 
 }    // namespace
 
-// A beam 60 x 4 x 4 mm in its first free-free bending mode: 160 us, 8 periods (3 of the slower kernel). omega dt = 4e-3, so
-// that the energy of velocity Verlet swings by (omega dt)^2/4 = 4e-6 of itself at most.
+// A beam 60 x 4 x 4 mm in its first free-free bending mode: 160 us, 8 periods (3 of the slower
+// kernel). omega dt = 4e-3, so that the energy of velocity Verlet swings by (omega dt)^2/4 = 4e-6
+// of itself at most.
 TEST(Vibration, BendingKeepsEnergy)
 {
   Block block;
@@ -76,7 +77,9 @@ TEST(Vibration, RandomMotionKeepsShadowEnergy)
     block.options = kernel;
     Lammps lmp;
     lmp.commands(block.script());
-    lmp.change([](Particle &p) { p.v = 0.1 * random_of(p.tag, 1) + Vec3(1.0, 2.0, 3.0); });
+    lmp.change([](Particle &p) {
+      p.v = 0.1 * random_of(p.tag, 1) + Vec3(1.0, 2.0, 3.0);
+    });
     lmp.run(0);
     const Particles start = lmp.particles();
     const double rigid = 0.5 * momentum(start).squaredNorm() / total_mass(start);
@@ -115,7 +118,9 @@ TEST(Rotation, SpinningBlock)
     Lammps lmp;
     lmp.commands(block.script());
     const Vec3 c = block.centre(), omega(0.0, 0.0, spin), v(40.0, -25.0, 10.0);
-    lmp.change([&](Particle &p) { p.v = v + omega.cross(p.x - c); });
+    lmp.change([&](Particle &p) {
+      p.v = v + omega.cross(p.x - c);
+    });
     lmp.run(0);
     const Particles start = lmp.particles();
     const double energy = lmp.fe(TOTAL);
@@ -149,7 +154,8 @@ TEST(Rotation, SpinningBlock)
     EXPECT_LT((momentum(end) - momentum(start)).norm(), 1e-12 * momentum(start).norm()) << kernel;
     const Vec3 c0 = centre_of_mass(start), c1 = centre_of_mass(end);
     const double l0 = angular_momentum(start, c0).norm();
-    EXPECT_LT((angular_momentum(end, c1) - angular_momentum(start, c0)).norm(), 1e-12 * l0) << kernel;
+    EXPECT_LT((angular_momentum(end, c1) - angular_momentum(start, c0)).norm(), 1e-12 * l0)
+        << kernel;
     EXPECT_LT((c1 - c0 - steps * block.dt * v).norm(), 1e-12 + 1e-9 * (c1 - c0).norm()) << kernel;
   }
 }
@@ -165,7 +171,9 @@ TEST(Rotation, TumblingBlock)
     block.options = kernel;
     Lammps lmp;
     lmp.commands(block.script());
-    lmp.change([&](Particle &p) { p.v = omega.cross(p.x - c); });
+    lmp.change([&](Particle &p) {
+      p.v = omega.cross(p.x - c);
+    });
     lmp.run(0);
     const Particles start = lmp.particles();
     const double energy = lmp.fe(TOTAL);

@@ -13,14 +13,17 @@ namespace {
 
 /// `load` (commands after the fixes that move things) acts on a free block; energy gained = work.
 /// `impulse`: what the force gives to the block, from outside.
-void free_block(const std::string &load, const std::string &start, const Vec3 &force, double tolerance)
+void free_block(const std::string &load, const std::string &start, const Vec3 &force,
+                double tolerance)
 {
   Block block;
   block.regions = "region half block INF 0.004 INF INF INF INF";
   block.convert += start;
   Lammps lmp;
   lmp.commands(block.script() + load);
-  lmp.change([](Particle &p) { p.v = Vec3(1.0, 0.0, -0.5); });
+  lmp.change([](Particle &p) {
+    p.v = Vec3(1.0, 0.0, -0.5);
+  });
   lmp.run(0);
   const Particles before = lmp.particles();
   const double total = lmp.fe(TOTAL), kinetic = lmp.fe(E_KINETIC);
@@ -28,7 +31,8 @@ void free_block(const std::string &load, const std::string &start, const Vec3 &f
   lmp.record({"f_fe[22]", "f_fe[21]"}, 10);
   const int steps = 1000;
   lmp.run(steps);
-  const double gain = lmp.fe(E_KINETIC) + lmp.fe(E_ELEMENTS) + lmp.fe(E_JOINTS) + lmp.fe(E_TIES) - total;
+  const double gain =
+      lmp.fe(E_KINETIC) + lmp.fe(E_ELEMENTS) + lmp.fe(E_JOINTS) + lmp.fe(E_TIES) - total;
   const double work = lmp.fe(EXTERNAL);
   EXPECT_GT(work, 0.5 * total) << load;    // much more than rounding
   // the work is that of the kicks of velocity Verlet, exactly; the energy swings by (omega dt)^2/4
@@ -68,9 +72,12 @@ TEST(Ledger, SupportAtRestDoesNoWork)
     block.regions = "region half block 0.008 0.014 INF INF INF INF";
     block.convert += start;
     Lammps lmp;
-    lmp.commands(block.script() + "region foot block INF 1e-6 INF INF INF INF\ngroup foot region foot\n"
-                                  "fix hold foot setforce 0 0 0\n");
-    lmp.change([](Particle &p) { p.v = Vec3(0.0, 50.0 * p.x[0], 10.0 * p.x[0]); });
+    lmp.commands(block.script() +
+                 "region foot block INF 1e-6 INF INF INF INF\ngroup foot region foot\n"
+                 "fix hold foot setforce 0 0 0\n");
+    lmp.change([](Particle &p) {
+      p.v = Vec3(0.0, 50.0 * p.x[0], 10.0 * p.x[0]);
+    });
     lmp.run(0);
     const double total = lmp.fe(TOTAL);
     lmp.record({"f_fe[22]", "f_fe[21]", "f_fe[14]"}, 10);
@@ -89,7 +96,9 @@ TEST(Ledger, ViscousForces)
   Block block;
   Lammps lmp;
   lmp.commands(block.script() + "fix calm all viscous 2\n");
-  lmp.change([&](Particle &p) { p.v = 3.0 * random_of(p.tag, 1); });
+  lmp.change([&](Particle &p) {
+    p.v = 3.0 * random_of(p.tag, 1);
+  });
   lmp.run(0);
   const double total = lmp.fe(TOTAL);
   lmp.record({"f_fe[22]", "f_fe[21]"}, 10);
@@ -140,5 +149,4 @@ TEST(Ledger, BalanceOfABreakingBlock)
   const auto total = lmp.recorded(0);
   for (size_t k = 1; k < total.size(); k++)
     EXPECT_LT(total[k], total[0] + 0.01 * (start + work)) << k;
-std::printf("conv %g contact %g cohesive %g start %g work %g fracture %g release %g dev %g total %g\n", lmp.fe(CONVERTED),lmp.fe(CONTACT),lmp.fe(COHESIVE),start,work,lmp.fe(FRACTURE),lmp.fe(RELEASE),largest_deviation(lmp.recorded(1)),total.back());
 }

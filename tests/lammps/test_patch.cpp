@@ -1,5 +1,6 @@
-// The FE/DE patch test through LAMMPS: some elements of a block are converted, all particles are put
-// where a linear displacement field has them, and the forces must vanish wherever the continuum's do.
+// The FE/DE patch test through LAMMPS: some elements of a block are converted, all particles are
+// put where a linear displacement field has them, and the forces must vanish wherever the
+// continuum's do.
 //
 // timeout: 120
 
@@ -16,7 +17,7 @@ using defe::Vec3;
 
 namespace {
 
-constexpr int N = 5;           // elements per edge
+constexpr int N = 5;    // elements per edge
 constexpr double h = 2e-3;
 
 /// Block of N x N x N elements, lower corner of the unsheared one at the origin.
@@ -24,7 +25,7 @@ struct Patch {
   Mat3 shear = Mat3::Identity();    // reference shape of the elements
   Mat3 F = Mat3::Identity();        // deformation gradient
   double nu = 0.2;
-  std::vector<int> converted;       // element indices, from 0
+  std::vector<int> converted;    // element indices, from 0
 };
 
 int component(int index, int axis, int n)
@@ -32,13 +33,15 @@ int component(int index, int axis, int n)
   return axis == 0 ? index % n : axis == 1 ? index / n % n : index / (n * n);
 }
 
-/// Largest force, in units of stress * h^2, on nodes and DEs for which `exact` says that it vanishes:
-/// it is given the element coordinates of a DE, or the node coordinates (0..N) of a node.
+/// Largest force, in units of stress * h^2, on nodes and DEs for which `exact` says that it
+/// vanishes: it is given the element coordinates of a DE, or the node coordinates (0..N) of a node.
 template <class Exact> double residual(const Patch &patch, int expected_des, const Exact &exact)
 {
   const std::string file = "patch.data";
   MeshFile mesh;
-  mesh.add_block("glass", 1, N, N, N, h, [&](const Vec3 &X) { return Vec3(patch.shear * X); });
+  mesh.add_block("glass", 1, N, N, N, h, [&](const Vec3 &X) {
+    return Vec3(patch.shear * X);
+  });
   mesh.write(file);
 
   Block block;
@@ -63,7 +66,9 @@ template <class Exact> double residual(const Patch &patch, int expected_des, con
   EXPECT_LT(largest, 1e-13 * modulus_h2);
 
   const Vec3 c = patch.shear * Vec3::Constant(0.5 * N * h);
-  lmp.change([&](Particle &p) { p.x = c + patch.F * (p.x - c); });
+  lmp.change([&](Particle &p) {
+    p.x = c + patch.F * (p.x - c);
+  });
   lmp.run(0);
 
   const Mat3 green = 0.5 * (patch.F.transpose() * patch.F - Mat3::Identity());
@@ -134,18 +139,18 @@ void inside(const Mat3 &shape, double nu, unsigned seed)
   };
   patch.converted = some_elements(seed, inner);
   ASSERT_GT(patch.converted.size(), 5u);
-  const double r = residual(patch, 8 * static_cast<int>(patch.converted.size()),
-                            [](bool is_de, const int *at) {
-                              if (is_de) return true;
-                              for (int a = 0; a < 3; a++)
-                                if (at[a] == 0 || at[a] == N) return false;
-                              return true;
-                            });
+  const double r =
+      residual(patch, 8 * static_cast<int>(patch.converted.size()), [](bool is_de, const int *at) {
+        if (is_de) return true;
+        for (int a = 0; a < 3; a++)
+          if (at[a] == 0 || at[a] == N) return false;
+        return true;
+      });
   EXPECT_LT(r, 1e-11);
 }
 
-/// Uniaxial stress along x with elements converted inside and at the free surfaces: only the two end
-/// faces carry a load.
+/// Uniaxial stress along x with elements converted inside and at the free surfaces: only the two
+/// end faces carry a load.
 void uniaxial(const Mat3 &shape, double nu, unsigned seed)
 {
   Patch patch;
@@ -155,10 +160,14 @@ void uniaxial(const Mat3 &shape, double nu, unsigned seed)
   patch.F = rotation() *
       Vec3(std::sqrt(1.0 + 2.0 * e), std::sqrt(1.0 - 2.0 * nu * e), std::sqrt(1.0 - 2.0 * nu * e))
           .asDiagonal();
-  patch.converted = some_elements(seed, [](const int *at) { return at[0] > 0 && at[0] < N - 1; });
+  patch.converted = some_elements(seed, [](const int *at) {
+    return at[0] > 0 && at[0] < N - 1;
+  });
   ASSERT_GT(patch.converted.size(), 20u);
-  const double r = residual(patch, 8 * static_cast<int>(patch.converted.size()),
-                            [](bool is_de, const int *at) { return is_de || (at[0] > 0 && at[0] < N); });
+  const double r =
+      residual(patch, 8 * static_cast<int>(patch.converted.size()), [](bool is_de, const int *at) {
+        return is_de || (at[0] > 0 && at[0] < N);
+      });
   EXPECT_LT(r, 1e-11);
 }
 

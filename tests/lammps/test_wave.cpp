@@ -30,11 +30,13 @@ void pulse(double nu, double W)
     create_box      1 box
     pair_style      zero 0.002
     pair_coeff      * *
-    fix             fe all defe material glass elastic )" + number(E) + " " + number(nu) + " " + number(rho) + R"(
+    fix             fe all defe material glass elastic )" +
+               number(E) + " " + number(nu) + " " + number(rho) + R"(
     create_hexes    fe glass 1 x 0 100 0.2 y 0 5 0.01 z 0 5 0.01
     fix             move all nve
     neighbor        0.0002 bin
-    timestep        )" + number(dt));
+    timestep        )" +
+               number(dt));
   lmp.commands("variable W equal " + number(W) + R"(
     variable        V atom (x<v_W)*cos(PI*x/(2*v_W))^2
     velocity        all set v_V 0 0
@@ -66,8 +68,9 @@ void pulse(double nu, double W)
 
   // The centroid of the momentum moves with the speed of the longest waves, free of dispersion:
   // d/dt sum(m v x) = sum(m v^2) + sum(f x), the second term the longitudinal stress in the bar.
-  // Left are the nonlinearity (strains of 1e-4 = v/c), and the waves faster than the bar's that start
-  // where the initial velocity field lacks the lateral motion: 6e-4 with nu = 0.2, 3e-6 with nu = 0.
+  // Left are the nonlinearity (strains of 1e-4 = v/c), and the waves faster than the bar's that
+  // start where the initial velocity field lacks the lateral motion: 6e-4 with nu = 0.2, 3e-6 with
+  // nu = 0.
   const size_t i = static_cast<size_t>(0.08 / c / dt), j = v.size() - 1;
   const double speed = (mvx[j] / mv[j] - mvx[i] / mv[i]) / (static_cast<double>(j - i) * dt);
   EXPECT_NEAR(speed / c, 1.0, nu == 0.0 ? 5e-5 : 2e-3);
