@@ -24,11 +24,11 @@ namespace {
     Vec3 along_xi(double eta) const { return c[1] + eta * c[3]; }
     Vec3 along_eta(double xi) const { return c[2] + xi * c[3]; }
     Vec3 normal(double xi, double eta) const
-  {
-    const Vec3 n = along_xi(eta).cross(along_eta(xi));
-    const double length = n.norm();
-    return length > 0.0 ? Vec3(n / length) : Vec3(Vec3::Zero());
-  }
+    {
+      const Vec3 n = along_xi(eta).cross(along_eta(xi));
+      const double length = n.norm();
+      return length > 0.0 ? Vec3(n / length) : Vec3(Vec3::Zero());
+    }
   };
 
   /// Least distance inside the square. Newton's method on f = |p - x|^2/2, with Gauss and Newton's

@@ -26,18 +26,24 @@ using namespace LAMMPS_NS;
 
 ComputeDefeAtom::ComputeDefeAtom(LAMMPS *lmp, int narg, char **arg) : Compute(lmp, narg, arg)
 {
-  static const std::map<std::string, Quantity> names = {
-      {"damage", DAMAGE},   {"connective", CONNECTIVE}, {"cohesive", COHESIVE},
-      {"contact", CONTACT}, {"ties", TIES},             {"element", ELEMENT},
-      {"elements", ELEMENTS}, {"vonmises", VONMISES},   {"s1", S1}};
+  static const std::map<std::string, Quantity> names = {{"damage", DAMAGE},
+                                                        {"connective", CONNECTIVE},
+                                                        {"cohesive", COHESIVE},
+                                                        {"contact", CONTACT},
+                                                        {"ties", TIES},
+                                                        {"element", ELEMENT},
+                                                        {"elements", ELEMENTS},
+                                                        {"vonmises", VONMISES},
+                                                        {"s1", S1}};
   if (narg < 4) utils::missing_cmd_args(FLERR, "compute defe/atom", error);
   for (int k = 3; k < narg; k++) {
     auto found = names.find(arg[k]);
     if (found == names.end())
-      error->all(FLERR,
-                 "Unknown compute defe/atom quantity {}: use damage, connective, cohesive, contact, "
-                 "ties, element, elements, vonmises or s1",
-                 arg[k]);
+      error->all(
+          FLERR,
+          "Unknown compute defe/atom quantity {}: use damage, connective, cohesive, contact, "
+          "ties, element, elements, vonmises or s1",
+          arg[k]);
     what.push_back(found->second);
     stresses = stresses || found->second == VONMISES || found->second == S1;
   }
@@ -120,19 +126,32 @@ void ComputeDefeAtom::compute_peratom()
             const int joints = count[0] + count[1] + count[2] + count[3];
             if (joints) value = static_cast<double>(count[1] + count[2]) / joints;
           } break;
-          case CONNECTIVE: value = count[0]; break;
-          case COHESIVE: value = count[1]; break;
-          case CONTACT: value = count[2]; break;
-          case TIES: value = count[3]; break;
-          case ELEMENT: value = de ? static_cast<double>(de->element) : 0.0; break;
-          case ELEMENTS: value = static_cast<double>(fix->elements_at(i)); break;
+          case CONNECTIVE:
+            value = count[0];
+            break;
+          case COHESIVE:
+            value = count[1];
+            break;
+          case CONTACT:
+            value = count[2];
+            break;
+          case TIES:
+            value = count[3];
+            break;
+          case ELEMENT:
+            value = de ? static_cast<double>(de->element) : 0.0;
+            break;
+          case ELEMENTS:
+            value = static_cast<double>(fix->elements_at(i));
+            break;
           default: {
             if (sum[i][6] == 0.0) break;
             double s[6];
             for (int k = 0; k < 6; k++) s[k] = sum[i][k] / sum[i][6];
             if (what[c] == VONMISES) {
-              value = std::sqrt(0.5 * ((s[0] - s[1]) * (s[0] - s[1]) + (s[1] - s[2]) * (s[1] - s[2]) +
-                                       (s[2] - s[0]) * (s[2] - s[0])) +
+              value = std::sqrt(0.5 *
+                                    ((s[0] - s[1]) * (s[0] - s[1]) + (s[1] - s[2]) * (s[1] - s[2]) +
+                                     (s[2] - s[0]) * (s[2] - s[0])) +
                                 3.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
             } else {
               defe::Mat3 m;

@@ -31,10 +31,11 @@ ComputeDefeHexLocal::ComputeDefeHexLocal(LAMMPS *lmp, int narg, char **arg) :
   for (int k = 3; k < narg; k++) {
     auto found = names.find(arg[k]);
     if (found == names.end())
-      error->all(FLERR,
-                 "Unknown compute defe/hex/local quantity {}: use id, part, x, y, z, sxx, syy, szz, "
-                 "sxy, sxz, syz or s1",
-                 arg[k]);
+      error->all(
+          FLERR,
+          "Unknown compute defe/hex/local quantity {}: use id, part, x, y, z, sxx, syy, szz, "
+          "sxy, sxz, syz or s1",
+          arg[k]);
     what.push_back(found->second);
   }
   local_flag = 1;
@@ -87,18 +88,42 @@ void ComputeDefeHexLocal::compute_local()
       for (int c = 0; c < ncol; c++) {
         double value = 0.0;
         switch (what[c]) {
-          case ID: value = static_cast<double>(h.id); break;
-          case PART: value = h.part + 1; break;
-          case X: value = centre[0]; break;
-          case Y: value = centre[1]; break;
-          case Z: value = centre[2]; break;
-          case SXX: value = s[0]; break;
-          case SYY: value = s[1]; break;
-          case SZZ: value = s[2]; break;
-          case SXY: value = s[3]; break;
-          case SXZ: value = s[4]; break;
-          case SYZ: value = s[5]; break;
-          case S1: value = s1; break;
+          case ID:
+            value = static_cast<double>(h.id);
+            break;
+          case PART:
+            value = h.part + 1;
+            break;
+          case X:
+            value = centre[0];
+            break;
+          case Y:
+            value = centre[1];
+            break;
+          case Z:
+            value = centre[2];
+            break;
+          case SXX:
+            value = s[0];
+            break;
+          case SYY:
+            value = s[1];
+            break;
+          case SZZ:
+            value = s[2];
+            break;
+          case SXY:
+            value = s[3];
+            break;
+          case SXZ:
+            value = s[4];
+            break;
+          case SYZ:
+            value = s[5];
+            break;
+          case S1:
+            value = s1;
+            break;
         }
         if (ncol == 1)
           vector_local[n] = value;

@@ -123,10 +123,14 @@ void CreateHexes::command(int narg, char **arg)
         modify->create_attribute(me);
         fix->set_reference(me, ref);
         if (i + 1 < n[0] && j + 1 < n[1] && k + 1 < n[2]) {
-          const tagint node[8] = {tag_of(i, j, k),         tag_of(i + 1, j, k),
-                                  tag_of(i + 1, j + 1, k), tag_of(i, j + 1, k),
-                                  tag_of(i, j, k + 1),     tag_of(i + 1, j, k + 1),
-                                  tag_of(i + 1, j + 1, k + 1), tag_of(i, j + 1, k + 1)};
+          const tagint node[8] = {tag_of(i, j, k),
+                                  tag_of(i + 1, j, k),
+                                  tag_of(i + 1, j + 1, k),
+                                  tag_of(i, j + 1, k),
+                                  tag_of(i, j, k + 1),
+                                  tag_of(i + 1, j, k + 1),
+                                  tag_of(i + 1, j + 1, k + 1),
+                                  tag_of(i, j + 1, k + 1)};
           const bigint hexid = first_hex + 1 + i + (n[0] - 1) * (j + (n[1] - 1) * k);
           fix->add_hex(me, static_cast<tagint>(hexid), part, node);
         }

@@ -57,8 +57,8 @@ struct DERecord {
   tagint element;    // the element it came from
   int corner;        // 0..7
   int part;
-  double volume;     // reference volume
-  int newborn;       // 1 until the first force evaluation (energy of conversion)
+  double volume;    // reference volume
+  int newborn;      // 1 until the first force evaluation (energy of conversion)
   int pad;
   JointSlot slot[6];
 };

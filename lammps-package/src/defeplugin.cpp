@@ -53,10 +53,11 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
                        "rebuild DEFE with -D LAMMPS_SOURCE_DIR of this LAMMPS",
                        DEFE_LAMMPS_VERSION, lammps->version);
   if (!strstr(library, DEFE_MPI_ID))
-    lammps->error->all(FLERR,
-                       "This defeplugin.so was built with {}, but LAMMPS runs with {}: rebuild DEFE "
-                       "with the MPI of this LAMMPS",
-                       DEFE_MPI_ID, std::string(library).substr(0, 40));
+    lammps->error->all(
+        FLERR,
+        "This defeplugin.so was built with {}, but LAMMPS runs with {}: rebuild DEFE "
+        "with the MPI of this LAMMPS",
+        DEFE_MPI_ID, std::string(library).substr(0, 40));
 
   auto register_plugin = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
   lammpsplugin_t plugin;
@@ -64,7 +65,8 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.author = "the DEFE developers";
   plugin.handle = handle;
 
-  auto one = [&](const char *style, const char *name, const char *info, void *(*creator)(LAMMPS *)) {
+  auto one = [&](const char *style, const char *name, const char *info,
+                 void *(*creator)(LAMMPS *) ) {
     plugin.style = style;
     plugin.name = name;
     plugin.info = info;
@@ -72,7 +74,7 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
     (*register_plugin)(&plugin, lmp);
   };
   auto two = [&](const char *style, const char *name, const char *info,
-                 void *(*creator)(LAMMPS *, int, char **)) {
+                 void *(*creator)(LAMMPS *, int, char **) ) {
     plugin.style = style;
     plugin.name = name;
     plugin.info = info;
@@ -81,10 +83,16 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   };
   two("fix", "defe", "DEFE " DEFE_VERSION " fix defe", with_arguments<FixDefe>);
   one("pair", "defe/joint", "DEFE " DEFE_VERSION " pair defe/joint", one_argument<PairDefeJoint>);
-  one("pair", "defe/connective", "DEFE " DEFE_VERSION " pair defe/connective", one_argument<PairDefeConnective>);
-  one("pair", "defe/cohesive", "DEFE " DEFE_VERSION " pair defe/cohesive", one_argument<PairDefeCohesive>);
-  one("pair", "defe/contact", "DEFE " DEFE_VERSION " pair defe/contact", one_argument<PairDefeContact>);
-  two("compute", "defe/atom", "DEFE " DEFE_VERSION " compute defe/atom", with_arguments<ComputeDefeAtom>);
-  two("compute", "defe/hex/local", "DEFE " DEFE_VERSION " compute defe/hex/local", with_arguments<ComputeDefeHexLocal>);
-  one("command", "create_hexes", "DEFE " DEFE_VERSION " command create_hexes", one_argument<CreateHexes>);
+  one("pair", "defe/connective", "DEFE " DEFE_VERSION " pair defe/connective",
+      one_argument<PairDefeConnective>);
+  one("pair", "defe/cohesive", "DEFE " DEFE_VERSION " pair defe/cohesive",
+      one_argument<PairDefeCohesive>);
+  one("pair", "defe/contact", "DEFE " DEFE_VERSION " pair defe/contact",
+      one_argument<PairDefeContact>);
+  two("compute", "defe/atom", "DEFE " DEFE_VERSION " compute defe/atom",
+      with_arguments<ComputeDefeAtom>);
+  two("compute", "defe/hex/local", "DEFE " DEFE_VERSION " compute defe/hex/local",
+      with_arguments<ComputeDefeHexLocal>);
+  one("command", "create_hexes", "DEFE " DEFE_VERSION " command create_hexes",
+      one_argument<CreateHexes>);
 }

@@ -106,8 +106,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 
   int iarg = 3;
   auto need = [&](int n, const char *what) {
-    if (iarg + n > narg)
-      utils::missing_cmd_args(FLERR, std::string("fix defe ") + what, error);
+    if (iarg + n > narg) utils::missing_cmd_args(FLERR, std::string("fix defe ") + what, error);
   };
 
   while (iarg < narg) {
@@ -125,8 +124,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
         m.elastic.nu = utils::numeric(FLERR, arg[iarg + 4], false, lmp);
         m.elastic.rho = utils::numeric(FLERR, arg[iarg + 5], false, lmp);
         auto complaint = m.elastic.validate();
-        if (!complaint.empty())
-          error->all(FLERR, "Fix defe material {}: {}", m.name, complaint);
+        if (!complaint.empty()) error->all(FLERR, "Fix defe material {}: {}", m.name, complaint);
         iarg += 6;
       } else if (law == "rigid") {
         need(4, "material NAME rigid rho");
@@ -282,8 +280,8 @@ FixDefe::~FixDefe()
 
 int FixDefe::setmask()
 {
-  return INITIAL_INTEGRATE | PRE_EXCHANGE | PRE_NEIGHBOR | PRE_REVERSE | POST_FORCE | END_OF_STEP | POST_RUN |
-      MIN_PRE_NEIGHBOR | MIN_PRE_REVERSE;
+  return INITIAL_INTEGRATE | PRE_EXCHANGE | PRE_NEIGHBOR | PRE_REVERSE | POST_FORCE | END_OF_STEP |
+      POST_RUN | MIN_PRE_NEIGHBOR | MIN_PRE_REVERSE;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -463,10 +461,10 @@ void FixDefe::pre_neighbor()
   // reference positions in the periodic frame of x, for owned and ghost atoms
 
   for (int i = 0; i < nlocal; i++) {
-    int ix[3] = {(atom->image[i] & IMGMASK) - IMGMAX, (atom->image[i] >> IMGBITS & IMGMASK) - IMGMAX,
+    int ix[3] = {(atom->image[i] & IMGMASK) - IMGMAX,
+                 (atom->image[i] >> IMGBITS & IMGMASK) - IMGMAX,
                  (atom->image[i] >> IMG2BITS) - IMGMAX};
-    for (int k = 0; k < 3; k++)
-      xframe[i][k] = ix[k] ? xref[i][k] - ix[k] * prd[k] : xref[i][k];
+    for (int k = 0; k < 3; k++) xframe[i][k] = ix[k] ? xref[i][k] - ix[k] * prd[k] : xref[i][k];
   }
   is_de.assign(nall, 0);
   for (int i = 0; i < nlocal; i++) is_de[i] = de[i] ? 1 : 0;
@@ -509,10 +507,11 @@ void FixDefe::pre_neighbor()
     }
   }
   if (lost_hex)
-    error->one(FLERR,
-               "Node {} of element {} is missing on proc {} at step {}: it was lost, or the element "
-               "is larger than the communication cutoff (raise it with comm_modify cutoff)",
-               lost_node, lost_hex, comm->me, update->ntimestep);
+    error->one(
+        FLERR,
+        "Node {} of element {} is missing on proc {} at step {}: it was lost, or the element "
+        "is larger than the communication cutoff (raise it with comm_modify cutoff)",
+        lost_node, lost_hex, comm->me, update->ntimestep);
   for (auto &b : batches) b.bound.assign(b.node.size(), 0.0);
 
   // discrete elements and their joints
@@ -924,7 +923,8 @@ void FixDefe::set_arrays(int i)
   // read_data sets the arrays of new atoms after it has read the sections: keep the elements
 
   if (reading) {
-    int ix[3] = {(atom->image[i] & IMGMASK) - IMGMAX, (atom->image[i] >> IMGBITS & IMGMASK) - IMGMAX,
+    int ix[3] = {(atom->image[i] & IMGMASK) - IMGMAX,
+                 (atom->image[i] >> IMGBITS & IMGMASK) - IMGMAX,
                  (atom->image[i] >> IMG2BITS) - IMGMAX};
     const double prd[3] = {domain->xprd, domain->yprd, domain->zprd};
     for (int k = 0; k < 3; k++) xref[i][k] = atom->x[i][k] + ix[k] * prd[k];
@@ -1146,8 +1146,7 @@ void FixDefe::restart(char *buf)
   memcpy(&nradius, buf, sizeof(int));
   memcpy(&nparts, buf + sizeof(int), sizeof(int));
   buf += 2 * sizeof(int);
-  if (nradius != static_cast<int>(de_radius_max.size()) ||
-      nparts != static_cast<int>(parts.size()))
+  if (nradius != static_cast<int>(de_radius_max.size()) || nparts != static_cast<int>(parts.size()))
     error->all(FLERR,
                "Fix defe in the restart file had {} parts and {} atom types, now {} and {}: give "
                "the same fix defe command as before",
@@ -1212,8 +1211,7 @@ int FixDefe::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int 
       const bool has =
           found != surface_at.end() && comm_round < static_cast<int>(found->second.size());
       buf[m++] = has ? 1.0 : 0.0;
-      if (has)
-        memcpy(static_cast<void *>(&buf[m]), &found->second[comm_round], sizeof(HexPod));
+      if (has) memcpy(static_cast<void *>(&buf[m]), &found->second[comm_round], sizeof(HexPod));
       m += HEX_SIZE;
     }
   } else if (comm_mode == MARKED) {

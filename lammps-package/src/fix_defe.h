@@ -123,9 +123,9 @@ class FixDefe : public Fix {
   // tables of local indices, made anew with the neighbour lists
 
   struct JointTable {
-    int nde = 0;       // owned DEs
-    int north = 0;     // of these, the first ones have orthogonal cells
-    int nall = 0;      // owned and ghost DEs
+    int nde = 0;                 // owned DEs
+    int north = 0;               // of these, the first ones have orthogonal cells
+    int nall = 0;                // owned and ghost DEs
     std::vector<int> self;       // atom index
     std::vector<int> of_atom;    // DE of an atom, -1 = none
     std::vector<DERecord *> rec;
@@ -155,9 +155,9 @@ class FixDefe : public Fix {
 
   /** Cumulative energies of this rank (J). */
   struct Ledger {
-    double fracture = 0.0;      // G_f times area times damage
-    double release = 0.0;       // rest of what joints release when they break
-    double damping = 0.0;       // restitution
+    double fracture = 0.0;    // G_f times area times damage
+    double release = 0.0;     // rest of what joints release when they break
+    double damping = 0.0;     // restitution
     double friction = 0.0;
     double conv_strain = 0.0;     // lost (+) or gained (-) at conversions
     double conv_kinetic = 0.0;    // same
@@ -213,7 +213,7 @@ class FixDefe : public Fix {
   bool mesh_dirty = false;
   bool reading = false;
   bigint nhex_header = 0;
-  tagint de_base = 0;    // DE k of element e has the ID de_base + 8 (e - 1) + k + 1
+  tagint de_base = 0;         // DE k of element e has the ID de_base + 8 (e - 1) + k + 1
   tagint last_element = 0;    // largest element ID of the mesh
   bigint hexes_total = 0;
   double dt_finite = 0.0, dt_discrete = 0.0;    // stable time steps, 0 = none
@@ -243,11 +243,11 @@ class FixDefe : public Fix {
     tagint element;
     int face, part;
     int node[4];
-    bool outer;             // a free surface; otherwise the border to converted elements
+    bool outer;    // a free surface; otherwise the border to converted elements
     double area;
-    double k_area;          // penalty stiffness per area (N/m3), negative for a rigid part
-    double size;            // longest diagonal
-    double centre[3];       // at the last reneighbouring
+    double k_area;       // penalty stiffness per area (N/m3), negative for a rigid part
+    double size;         // longest diagonal
+    double centre[3];    // at the last reneighbouring
   };
   std::vector<Facet> facets;
   struct FacetPlane {
@@ -261,14 +261,14 @@ class FixDefe : public Fix {
     int point;    // atom
     int first, count;
     int part;
-    double r;              // 0 for nodes
-    double k_own;          // penalty stiffness per area of the point's side, negative = rigid
+    double r;        // 0 for nodes
+    double k_own;    // penalty stiffness per area of the point's side, negative = rigid
     double weight;
-    bool same;             // a DE against its own part
+    bool same;    // a DE against its own part
   };
   std::vector<ContactPair> contact_pairs;
   std::vector<std::pair<int, double>> contact_facets;    // facet, area of the point facing it
-  double contact_energy = 0.0;    // at the last force evaluation, this rank
+  double contact_energy = 0.0;                           // at the last force evaluation, this rank
   void build_surfaces();
   void contact_forces();
 
@@ -283,19 +283,18 @@ class FixDefe : public Fix {
   };
   std::vector<Converting> converting;
   std::unordered_map<int, std::vector<Converting>> marked_at;    // by first node
-  double first_conversion = -1.0, first_damage = -1.0;    // times
+  double first_conversion = -1.0, first_damage = -1.0;           // times
   void mark_elements();
   void convert_marked();
   void make_ghosts_for_setup();
   void ghost_positions();
   void update_totals();
 
-
   // ---- communication ----
   enum CommMode { FRAME, POSVEL, SURFACE, MARKED, LOSS };
   CommMode comm_mode = FRAME;
   int comm_round = 0;
-  std::unordered_map<int, std::vector<HexPod>> surface_at;         // exposed elements by first node
+  std::unordered_map<int, std::vector<HexPod>> surface_at;    // exposed elements by first node
   std::vector<double> loss_mass;
   std::vector<int> loss_count;
 

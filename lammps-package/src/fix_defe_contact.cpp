@@ -116,8 +116,7 @@ void FixDefe::build_surfaces()
       exposed.push_back(e);
     }
 
-  const double reach =
-      max_diagonal * (0.5 + MAX_DEPTH + EDGE_MARGIN) + rmax + neighbor->skin;
+  const double reach = max_diagonal * (0.5 + MAX_DEPTH + EDGE_MARGIN) + rmax + neighbor->skin;
   for (const auto &e : exposed) {
     const HexPod &h = *e.hex;
     double middle[3] = {0.0, 0.0, 0.0};
@@ -198,15 +197,16 @@ void FixDefe::build_surfaces()
       const double edge = std::cbrt(r.volume);
       p.area = edge * edge;
       // as the face of the element had it: K A / V with the element's edge of twice the DE's
-      p.k_sum = defe::penalty_stiffness_per_area(
-          contact_factor, material_of(parts[r.part]).elastic.bulk(), 4.0 * edge * edge,
-          8.0 * edge * edge * edge);
+      p.k_sum = defe::penalty_stiffness_per_area(contact_factor,
+                                                 material_of(parts[r.part]).elastic.bulk(),
+                                                 4.0 * edge * edge, 8.0 * edge * edge * edge);
       p.k_count = 1;
       p.r = atom->radius[i];
       points.emplace_back(i, p);
     }
-    std::sort(points.begin(), points.end(),
-              [](const auto &a, const auto &b) { return a.first < b.first; });
+    std::sort(points.begin(), points.end(), [](const auto &a, const auto &b) {
+      return a.first < b.first;
+    });
   }
   if (facets.empty() || points.empty()) return;
 
@@ -247,8 +247,7 @@ void FixDefe::build_surfaces()
             if (same && p.r == 0.0) continue;
             double rsq = 0.0;
             for (int d = 0; d < 3; d++) rsq += (x[d] - f.centre[d]) * (x[d] - f.centre[d]);
-            const double cut =
-                f.size * (0.5 + MAX_DEPTH + EDGE_MARGIN) + p.r + neighbor->skin;
+            const double cut = f.size * (0.5 + MAX_DEPTH + EDGE_MARGIN) + p.r + neighbor->skin;
             if (rsq > cut * cut) continue;
             if (material_of(parts[f.part]).rigid && material_of(parts[p.part]).rigid) continue;
             double area = p.area;
@@ -335,8 +334,9 @@ void FixDefe::contact_forces()
   for (const auto &cp : contact_pairs) {
     const Vec3 p(x[cp.point]);
     auto &list = touch[cp.point];
-    auto *old = std::find_if(list.data(), list.data() + list.size(),
-                             [&cp](const DefeTouch &t) { return t.part == cp.part; });
+    auto *old = std::find_if(list.data(), list.data() + list.size(), [&cp](const DefeTouch &t) {
+      return t.part == cp.part;
+    });
     if (old == list.data() + list.size()) old = nullptr;
     const double was = old ? old->depth : 0.0;
     const Facet *best = nullptr;
@@ -417,8 +417,9 @@ void FixDefe::contact_forces()
       for (int d = 0; d < 3; d++) slip[d] = v[cp.point][d];
       for (int a = 0; a < 4; a++) slip -= at.N[a] * Vec3(v[best->node[a]]);
       Vec3 shear(old->shear);
-      const auto r = defe::coulomb_friction(shear, n, update->setupflag ? Vec3::Zero() : Vec3(dt * slip),
-                                            k, contact_friction * k * depth);
+      const auto r =
+          defe::coulomb_friction(shear, n, update->setupflag ? Vec3::Zero() : Vec3(dt * slip), k,
+                                 contact_friction * k * depth);
       for (int d = 0; d < 3; d++) old->shear[d] = shear[d];
       force += r.force;
       contact_energy += r.stored;

@@ -125,8 +125,9 @@ void FixDefe::convert_marked()
         if (set.count(b.hex[e])) own.push_back({b.hex[e], b.hex[e]->id, &b.node[e], b.kernel});
     }
   }
-  std::sort(own.begin(), own.end(),
-            [](const Own &a, const Own &b) { return a.id < b.id; });
+  std::sort(own.begin(), own.end(), [](const Own &a, const Own &b) {
+    return a.id < b.id;
+  });
   for (const auto &o : own) {
     Converting c;
     c.id = o.hex->id;
@@ -198,7 +199,8 @@ void FixDefe::convert_marked()
           double del[3];
           for (int k = 0; k < 3; k++) del[k] = c->centre[k] - centre[k];
           for (int k = 0; k < 3; k++)
-            if (domain->periodicity[k]) del[k] -= domain->prd[k] * std::round(del[k] / domain->prd[k]);
+            if (domain->periodicity[k])
+              del[k] -= domain->prd[k] * std::round(del[k] / domain->prd[k]);
           defe::Shield s;
           s.direction = Vec3(del[0], del[1], del[2]);
           s.time = now();
@@ -324,13 +326,15 @@ void FixDefe::convert_marked()
   }
   for (const auto &o : own) {
     auto &list = hexes[(*o.idx)[0]];
-    list.erase(std::find_if(list.begin(), list.end(),
-                            [&o](const HexRecord &h) { return h.id == o.id; }));
+    list.erase(std::find_if(list.begin(), list.end(), [&o](const HexRecord &h) {
+      return h.id == o.id;
+    }));
   }
   int n = nlocal;
   for (int i = nlocal - 1; i >= 0; i--)
     if (loss_count[i] > 0 && nelem[i] == 0) {
-      if (i != n - 1) atom->avec->copy(n - 1, i, 1);
+      if (i != n - 1)
+        atom->avec->copy(n - 1, i, 1);
       else {
         hexes[i].clear();
         de[i].reset();

@@ -78,8 +78,25 @@ void FixDefe::fill_vector()
   vector_step = update->ntimestep;
 
   enum {
-    CONNECTIVE, COHESIVE, CONTACT, TIES, E_FE, E_JOINTS, E_TIES, E_COHESIVE, E_SURFACE, E_SPHERES,
-    KINETIC, FRACTURE, RELEASE, DAMPING, FRICTION, CONV_STRAIN, CONV_KINETIC, EXTERNAL, NSUM
+    CONNECTIVE,
+    COHESIVE,
+    CONTACT,
+    TIES,
+    E_FE,
+    E_JOINTS,
+    E_TIES,
+    E_COHESIVE,
+    E_SURFACE,
+    E_SPHERES,
+    KINETIC,
+    FRACTURE,
+    RELEASE,
+    DAMPING,
+    FRICTION,
+    CONV_STRAIN,
+    CONV_KINETIC,
+    EXTERNAL,
+    NSUM
   };
   double mine[NSUM] = {0.0}, all[NSUM];
 
@@ -213,8 +230,8 @@ void FixDefe::flush_events()
   static const char *const name[] = {"convert", "cohesive", "broken"};
   for (const auto &e : all)
     utils::print(fp, "{} {:.9g} {} {} {} {:.9g} {:.9g} {:.9g} {:.4g} {:.4g} {:.4g} {:.6g}\n",
-                 e.step, e.time, name[e.what], e.a, e.b, e.x[0],
-                 e.x[1], e.x[2], e.n[0], e.n[1], e.n[2], e.value);
+                 e.step, e.time, name[e.what], e.a, e.b, e.x[0], e.x[1], e.x[2], e.n[0], e.n[1],
+                 e.n[2], e.value);
   if (fclose(fp))
     error->one(FLERR, "Fix defe cannot write its event file {}: {}", event_file,
                utils::getsyserror());
@@ -239,8 +256,7 @@ int FixDefe::image(int *&objs, double **&parms)
           image_vec.push_back(IMAGE_TRI);
           image_data.push_back(atom->type[b.node[e][0]]);
           for (int k : tri)
-            for (int d = 0; d < 3; d++)
-              image_data.push_back(atom->x[b.node[e][face[k]]][d]);
+            for (int d = 0; d < 3; d++) image_data.push_back(atom->x[b.node[e][face[k]]][d]);
         }
       }
   image_rows.clear();

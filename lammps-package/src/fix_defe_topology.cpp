@@ -35,8 +35,7 @@ using defe::fe::HexCoords;
 namespace {
 
 /// Send each datum to its rank; returns what arrived here.
-template <class T>
-std::vector<T> route(LAMMPS *lmp, std::vector<T> &send, std::vector<int> &proc)
+template <class T> std::vector<T> route(LAMMPS *lmp, std::vector<T> &send, std::vector<int> &proc)
 {
   Irregular irregular(lmp);
   const int nrecv = irregular.create_data(static_cast<int>(send.size()), proc.data(), 1);
@@ -121,12 +120,13 @@ void FixDefe::build_topology()
   MPI_Allreduce(&mine, &dirty, 1, MPI_INT, MPI_MAX, world);
   if (!dirty) return;
   mesh_dirty = false;
-  if (des_total > 0)
-    error->all(FLERR, "Fix defe: all meshes must be made before elements convert");
+  if (des_total > 0) error->all(FLERR, "Fix defe: all meshes must be made before elements convert");
 
   const int nprocs = comm->nprocs;
   const int nlocal = atom->nlocal;
-  auto rendezvous = [nprocs](tagint t) { return static_cast<int>(t % nprocs); };
+  auto rendezvous = [nprocs](tagint t) {
+    return static_cast<int>(t % nprocs);
+  };
 
   std::vector<HexRecord *> mesh;
   std::vector<int> anchor;
@@ -338,8 +338,7 @@ void FixDefe::build_topology()
     for (int e = 0; e < n; e++)
       for (int f = 0; f < 6; f++) {
         FaceDatum d;
-        for (int k = 0; k < 4; k++)
-          d.key[k] = d.node[k] = mesh[e]->node[defe::fe::hex_face[f][k]];
+        for (int k = 0; k < 4; k++) d.key[k] = d.node[k] = mesh[e]->node[defe::fe::hex_face[f][k]];
         std::sort(d.key, d.key + 4);
         d.element = mesh[e]->id;
         d.proc = comm->me;
@@ -409,7 +408,8 @@ void FixDefe::build_topology()
   for (auto *h : mesh) h->kernel = -1;
 
   if (comm->me == 0)
-    utils::logmesg(lmp, "Fix defe: {} hexahedra, stable time step {:.6g} (finite), {:.6g} (discrete)\n",
+    utils::logmesg(lmp,
+                   "Fix defe: {} hexahedra, stable time step {:.6g} (finite), {:.6g} (discrete)\n",
                    hexes_total, dt_finite, dt_discrete);
 }
 
@@ -484,10 +484,11 @@ void FixDefe::write_data_header(FILE *fp, int /*mth*/)
 {
   utils::print(fp, "{} hexes\n", hexes_total);
   if (des_total > 0)
-    error->warning(FLERR,
-                   "Data file holds the {} finite elements that are left; joints between the {} DEs "
-                   "are lost: use write_restart to go on",
-                   hexes_total, des_total);
+    error->warning(
+        FLERR,
+        "Data file holds the {} finite elements that are left; joints between the {} DEs "
+        "are lost: use write_restart to go on",
+        hexes_total, des_total);
 }
 
 void FixDefe::write_data_section_size(int /*mth*/, int &nx, int &ny)
@@ -519,8 +520,7 @@ void FixDefe::write_data_section(int /*mth*/, FILE *fp, int n, double **buf, int
   for (int k = 0; k < n; k++) {
     utils::print(fp, "{} {}", static_cast<tagint>(ubuf(buf[k][0]).i),
                  parts[static_cast<int>(ubuf(buf[k][1]).i)].name);
-    for (int a = 0; a < 8; a++)
-      utils::print(fp, " {}", static_cast<tagint>(ubuf(buf[k][2 + a]).i));
+    for (int a = 0; a < 8; a++) utils::print(fp, " {}", static_cast<tagint>(ubuf(buf[k][2 + a]).i));
     fputc('\n', fp);
   }
 }

@@ -116,8 +116,7 @@ void PairDefeJoint::coeff(int narg, char **arg)
   Coeff c;
   int iarg = 2;
   auto need = [&](int n, const char *what) {
-    if (iarg + n > narg)
-      utils::missing_cmd_args(FLERR, std::string("pair_coeff ") + what, error);
+    if (iarg + n > narg) utils::missing_cmd_args(FLERR, std::string("pair_coeff ") + what, error);
   };
   while (iarg < narg) {
     const std::string key = arg[iarg];
@@ -185,15 +184,15 @@ void PairDefeJoint::coeff(int narg, char **arg)
 
 void PairDefeJoint::init_style()
 {
-  if (!atom->radius_flag || !atom->rmass_flag || !atom->omega_flag) error->all(FLERR, "Pair style defe/* needs atom_style sphere");
+  if (!atom->radius_flag || !atom->rmass_flag || !atom->omega_flag)
+    error->all(FLERR, "Pair style defe/* needs atom_style sphere");
   if (comm->ghost_velocity == 0)
     error->all(FLERR, "Pair style defe/* needs velocities of ghosts: add comm_modify vel yes");
   if (force->newton == 0)
     error->all(FLERR, "Pair style defe/* needs 'newton off on' or 'newton on'");
 
   auto fixes = modify->get_fix_by_style("^defe$");
-  if (fixes.empty())
-    error->all(FLERR, "Pair style defe/* joins the DEs of a fix defe: define one");
+  if (fixes.empty()) error->all(FLERR, "Pair style defe/* joins the DEs of a fix defe: define one");
   fix = dynamic_cast<FixDefe *>(fixes.front());
   fix->build_topology();
 
@@ -232,8 +231,7 @@ void PairDefeJoint::init_style()
                  p.type, p.type, c.E, c.nu, m.name, p.name, m.elastic.E, m.elastic.nu);
     if (with_cohesive && comm->me == 0) {
       const double d = 2.0 * fix->max_de_radius(p.type);
-      const double limit =
-          defe::toughness_limit(m.elastic.E, c.cohesive.G_f, c.cohesive.sigma_t);
+      const double limit = defe::toughness_limit(m.elastic.E, c.cohesive.G_f, c.cohesive.sigma_t);
       if (d > limit)
         utils::logmesg(lmp,
                        "Joints of part {} are {:.4g} long, above 2 E G_f/sigma_t^2 = {:.4g}: "
@@ -254,8 +252,8 @@ void PairDefeJoint::init_style()
         error->all(FLERR,
                    "DEs of parts {} and {} have types {} and {}: give 'pair_coeff {} {}' with{}{} "
                    "coefficients",
-                   p.name, q.name, p.type, q.type, p.type, q.type,
-                   with_cohesive ? " cohesive" : "", with_contact ? " contact" : "");
+                   p.name, q.name, p.type, q.type, p.type, q.type, with_cohesive ? " cohesive" : "",
+                   with_contact ? " contact" : "");
     }
   candidates_stale = true;
 }
@@ -350,14 +348,13 @@ void PairDefeJoint::connective_and_ties()
 
   auto *half = reinterpret_cast<double(*)[6][3]>(jt.half_force.data());
   if (jt.north > 0) {
-    const defe::OrthogonalLattice lattice{
-        jt.north,
-        jt.self.data(),
-        reinterpret_cast<const int(*)[6]>(jt.nb.data()),
-        jt.present.data(),
-        reinterpret_cast<const double(*)[6]>(jt.len.data()),
-        reinterpret_cast<const double(*)[6]>(jt.half.data()),
-        jt.material.data()};
+    const defe::OrthogonalLattice lattice{jt.north,
+                                          jt.self.data(),
+                                          reinterpret_cast<const int(*)[6]>(jt.nb.data()),
+                                          jt.present.data(),
+                                          reinterpret_cast<const double(*)[6]>(jt.len.data()),
+                                          reinterpret_cast<const double(*)[6]>(jt.half.data()),
+                                          jt.material.data()};
     defe::corner_strain_orthogonal(lattice, &x[0][0], jt.tie_point.data(), table.data(), half,
                                    jt.energy.data());
   }
@@ -442,7 +439,8 @@ void PairDefeJoint::connective_and_ties()
 
 void PairDefeJoint::update_screen()
 {
-  if (screen_step == neighbor->lastcall && screen.size() == static_cast<size_t>(fix->jt.nde)) return;
+  if (screen_step == neighbor->lastcall && screen.size() == static_cast<size_t>(fix->jt.nde))
+    return;
   screen_step = neighbor->lastcall;
   const auto &jt = fix->jt;
   const std::array<double, 6> never = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
@@ -818,8 +816,7 @@ void PairDefeJoint::contact_forces()
                                        c.friction, c.damping_ratio};
     Vec3 history(shear[0], shear[1], shear[2]);
     const auto r = defe::sphere_contact(
-        Vec3(del[0], del[1], del[2]),
-        Vec3(v[i][0] - v[j][0], v[i][1] - v[j][1], v[i][2] - v[j][2]),
+        Vec3(del[0], del[1], del[2]), Vec3(v[i][0] - v[j][0], v[i][1] - v[j][1], v[i][2] - v[j][2]),
         Vec3(omega[i][0], omega[i][1], omega[i][2]), Vec3(omega[j][0], omega[j][1], omega[j][2]),
         radius[i], radius[j], reach, rmass[i] * rmass[j] / (rmass[i] + rmass[j]), dt, history, par);
     for (int k = 0; k < 3; k++) shear[k] = history[k];

@@ -210,6 +210,7 @@ TEST(ProjectPoint, FootOfTheNormalAlsoBesideTheFacet)
         }
         EXPECT_NEAR(sum, 1.0, 1e-14);
         EXPECT_LT((p - foot).cross(r.normal).norm(), 1e-9);
-        EXPECT_EQ(r.feature == defe::FacetFeature::face, std::abs(xi) <= 1.0 && std::abs(eta) <= 1.0);
+        EXPECT_EQ(r.feature == defe::FacetFeature::face,
+                  std::abs(xi) <= 1.0 && std::abs(eta) <= 1.0);
       }
 }
