@@ -527,14 +527,14 @@ void PairDefeJoint::criterion()
     jt.state[ds] = static_cast<unsigned char>(slot.state);
     candidates_stale = true;
   }
-  noted_release += release_of_pending();
+  noted_release += release_of_pending(false);
 }
 
 /* ----------------------------------------------------------------------
    strain energy that the corners of my DEs let go when the noted joints leave them
 ------------------------------------------------------------------------- */
 
-double PairDefeJoint::release_of_pending()
+double PairDefeJoint::release_of_pending(bool switching)
 {
   auto &jt = fix->jt;
   std::sort(jt.pending.begin(), jt.pending.end());
@@ -543,7 +543,10 @@ double PairDefeJoint::release_of_pending()
     const int d = jt.pending[k] / 6;
     unsigned rest = jt.present[d];
     for (; k < jt.pending.size() && jt.pending[k] / 6 == d; k++) rest &= ~(1u << jt.pending[k] % 6);
-    release += fix->de_energy(d, jt.present[d]) - fix->de_energy(d, rest);
+    const double drop = fix->de_energy(d, jt.present[d]) - fix->de_energy(d, rest);
+    release += drop;
+    // a DE beside a conversion of this step: its drop is no loss of the conversion
+    if (switching && jt.rec[d]->newborn) fix->ledger.conv_strain -= drop;
   }
   return release;
 }
@@ -558,7 +561,7 @@ void PairDefeJoint::switch_joints()
 {
   if (update->setupflag) return;
   auto &jt = fix->jt;
-  fix->ledger.release += 0.5 * (noted_release + release_of_pending());
+  fix->ledger.release += 0.5 * (noted_release + release_of_pending(true));
   noted_release = 0.0;
   for (int ds : jt.pending) {
     const int d = ds / 6, s = ds % 6;

@@ -85,7 +85,7 @@ class PairDefeJoint : public Pair {
   void tally(const double *del, const double *force, int i);
   void event(int d, int s, int what, double value);
   void set_broken(int d, int s);
-  double release_of_pending();
+  double release_of_pending(bool switching);
   double noted_release = 0.0;    // of the joints noted in the last step
 };
 
