@@ -147,7 +147,6 @@ class FixDefe : public Fix {
   } jt;
   std::vector<defe::CornerModuli> corner_moduli;    // per part
   double de_energy(int d, unsigned present) const;
-  double *x_reference(int i) const { return xref[i]; }
   double *x_frame(int i) const { return xframe[i]; }
   const DERecord *de_record(int i) const { return de[i].get(); }
   int elements_at(int i) const { return nelem[i]; }
@@ -275,7 +274,6 @@ class FixDefe : public Fix {
   // ---- conversion ----
   std::vector<HexRecord *> marked;
   bigint convert_step = -1;
-  bool any_marked = false;
   struct Converting {
     tagint id;
     tagint node[8];
