@@ -252,7 +252,7 @@ class FixDefe : public Fix {
   struct FacetPlane {
     bool known;    // in this step
     defe::Vec3 mid, normal, to_xi, to_eta;
-    double warp;
+    double warp, half_xi, half_eta;
     void set(const double *, const double *, const double *, const double *);
   };
   std::vector<FacetPlane> facet_planes;

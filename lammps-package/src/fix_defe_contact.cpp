@@ -312,6 +312,8 @@ void FixDefe::FacetPlane::set(const double *x0, const double *x1, const double *
   const double det = aa * bb - ab * ab;
   to_xi = (bb * a - ab * b) / det;
   to_eta = (aa * b - ab * a) / det;
+  half_xi = std::sqrt(det / bb);    // heights of the parallelogram, from the middle
+  half_eta = std::sqrt(det / aa);
 }
 
 /* ----------------------------------------------------------------------
@@ -356,8 +358,16 @@ void FixDefe::contact_forces()
       const double height = del.dot(g.normal);
       if (height > cp.r + g.warp) continue;
       if (height < -MAX_DEPTH * facet.size - g.warp) continue;
-      if (cp.r == 0.0 && (std::abs(del.dot(g.to_xi)) > 1.25 || std::abs(del.dot(g.to_eta)) > 1.25))
-        continue;
+      const double over_xi = std::max(0.0, std::abs(del.dot(g.to_xi)) - 1.0);
+      const double over_eta = std::max(0.0, std::abs(del.dot(g.to_eta)) - 1.0);
+      if (cp.r == 0.0) {
+        if (over_xi > 0.25 || over_eta > 0.25) continue;
+      } else if (height > 0.0) {
+        // a sphere beside the facet; four fifths are on the safe side for skewed ones
+        const double beside = 0.8 * std::max(over_xi * g.half_xi, over_eta * g.half_eta) - g.warp;
+        const double above = std::max(0.0, height - g.warp);
+        if (beside > 0.0 && beside * beside + above * above > cp.r * cp.r) continue;
+      }
       const Vec3 q[4] = {Vec3(x[facet.node[0]]), Vec3(x[facet.node[1]]), Vec3(x[facet.node[2]]),
                          Vec3(x[facet.node[3]])};
       defe::FacetPoint here;
