@@ -456,15 +456,12 @@ void FixDefe::pre_neighbor()
 {
   const int nlocal = atom->nlocal;
   const int nall = nlocal + atom->nghost;
-  const double prd[3] = {domain->xprd, domain->yprd, domain->zprd};
 
   // reference positions in the periodic frame of x, for owned and ghost atoms
 
   for (int i = 0; i < nlocal; i++) {
-    int ix[3] = {(atom->image[i] & IMGMASK) - IMGMAX,
-                 (atom->image[i] >> IMGBITS & IMGMASK) - IMGMAX,
-                 (atom->image[i] >> IMG2BITS) - IMGMAX};
-    for (int k = 0; k < 3; k++) xframe[i][k] = ix[k] ? xref[i][k] - ix[k] * prd[k] : xref[i][k];
+    for (int k = 0; k < 3; k++) xframe[i][k] = xref[i][k];
+    domain->unmap_inv(xframe[i], atom->image[i]);
   }
   is_de.assign(nall, 0);
   for (int i = 0; i < nlocal; i++) is_de[i] = de[i] ? 1 : 0;
@@ -923,11 +920,7 @@ void FixDefe::set_arrays(int i)
   // read_data sets the arrays of new atoms after it has read the sections: keep the elements
 
   if (reading) {
-    int ix[3] = {(atom->image[i] & IMGMASK) - IMGMAX,
-                 (atom->image[i] >> IMGBITS & IMGMASK) - IMGMAX,
-                 (atom->image[i] >> IMG2BITS) - IMGMAX};
-    const double prd[3] = {domain->xprd, domain->yprd, domain->zprd};
-    for (int k = 0; k < 3; k++) xref[i][k] = atom->x[i][k] + ix[k] * prd[k];
+    domain->unmap(atom->x[i], atom->image[i], xref[i]);
     nelem[i] = 0;
     de[i].reset();
     return;

@@ -359,11 +359,8 @@ void FixDefe::convert_marked()
     }
     modify->create_attribute(i);
     atom->image[i] = b.image;
-    const int box[3] = {static_cast<int>((b.image & IMGMASK) - IMGMAX),
-                        static_cast<int>((b.image >> IMGBITS & IMGMASK) - IMGMAX),
-                        static_cast<int>((b.image >> IMG2BITS) - IMGMAX)};
     double ref[3];
-    for (int k = 0; k < 3; k++) ref[k] = b.de.X[k] + box[k] * domain->prd[k];
+    domain->unmap(b.de.X.data(), b.image, ref);
     set_reference(i, ref);
     de[i] = std::make_unique<DERecord>(b.record);
   }
