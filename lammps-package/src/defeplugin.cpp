@@ -24,7 +24,6 @@
 #include <mpi.h>
 
 #include <cstring>
-#include <string>
 
 using namespace LAMMPS_NS;
 
@@ -52,12 +51,14 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
                        "This defeplugin.so was built for LAMMPS {}, but is loaded by LAMMPS {}: "
                        "rebuild DEFE with -D LAMMPS_SOURCE_DIR of this LAMMPS",
                        DEFE_LAMMPS_VERSION, lammps->version);
-  if (!strstr(library, DEFE_MPI_ID))
+  if (!strstr(library, DEFE_MPI_ID)) {
+    library[strcspn(library, "\n\t,:(")] = '\0';    // the name is enough
     lammps->error->all(
         FLERR,
         "This defeplugin.so was built with {}, but LAMMPS runs with {}: rebuild DEFE "
         "with the MPI of this LAMMPS",
-        DEFE_MPI_ID, std::string(library).substr(0, 40));
+        DEFE_MPI_ID, library);
+  }
 
   auto register_plugin = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
   lammpsplugin_t plugin;
