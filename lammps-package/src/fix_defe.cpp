@@ -611,6 +611,7 @@ void FixDefe::pre_neighbor()
   }
 
   build_surfaces();
+  tables_built++;
   vector_step = -1;
 }
 

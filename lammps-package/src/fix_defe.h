@@ -120,7 +120,9 @@ class FixDefe : public Fix {
   double max_de_radius(int type) const;    // largest DE of that type that can ever be born
   bigint des_total = 0;                    // on all ranks
 
-  // tables of local indices, made anew with the neighbour lists
+  // tables of local indices, made anew with the neighbour lists; how often, also within one step
+
+  bigint tables_built = 0;
 
   struct JointTable {
     int nde = 0;                 // owned DEs

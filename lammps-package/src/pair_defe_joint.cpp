@@ -195,6 +195,7 @@ void PairDefeJoint::init_style()
   if (fixes.empty()) error->all(FLERR, "Pair style defe/* joins the DEs of a fix defe: define one");
   fix = dynamic_cast<FixDefe *>(fixes.front());
   fix->build_topology();
+  screen_built = candidates_built = -1;    // it may be another fix than before
 
   if (with_contact) {
     neighbor->add_request(this, NeighConst::REQ_SIZE | NeighConst::REQ_HISTORY);
@@ -439,9 +440,8 @@ void PairDefeJoint::connective_and_ties()
 
 void PairDefeJoint::update_screen()
 {
-  if (screen_step == neighbor->lastcall && screen.size() == static_cast<size_t>(fix->jt.nde))
-    return;
-  screen_step = neighbor->lastcall;
+  if (screen_built == fix->tables_built) return;
+  screen_built = fix->tables_built;
   const auto &jt = fix->jt;
   const std::array<double, 6> never = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
   screen.assign(jt.nde, never);
@@ -733,9 +733,9 @@ bool PairDefeJoint::joined(int d, tagint other) const
 
 void PairDefeJoint::update_candidates()
 {
-  if (!candidates_stale && neighbor->lastcall == candidates_step) return;
+  if (!candidates_stale && candidates_built == fix->tables_built) return;
   candidates_stale = false;
-  candidates_step = neighbor->lastcall;
+  candidates_built = fix->tables_built;
   candidates.clear();
   const auto &jt = fix->jt;
   for (int ii = 0; ii < list->inum; ii++) {

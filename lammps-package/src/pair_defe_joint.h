@@ -65,10 +65,10 @@ class PairDefeJoint : public Pair {
   std::vector<std::array<double, 6>> screen;    // per joint slot, see update_screen()
   std::vector<int> reached;                     // 6 * DE + slot of the joints above it
   std::vector<int> mirrored;    // same, of the joints whose state another rank decides
-  bigint screen_step = -1;
+  bigint screen_built = -1;
 
   std::vector<int> candidates;    // neighbour pairs that are not joined: (ii, jj) alternating
-  bigint candidates_step = -1;
+  bigint candidates_built = -1;
   bool candidates_stale = true;
 
   void allocate();
