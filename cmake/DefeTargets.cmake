@@ -26,7 +26,7 @@ if(DEFE_SANITIZE)
   set(flags -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
   target_compile_options(defe_options INTERFACE ${flags})
   target_link_options(defe_options INTERFACE ${flags})
-  target_compile_definitions(defe_options INTERFACE _GLIBCXX_ASSERTIONS)
+  target_compile_definitions(defe_options INTERFACE _GLIBCXX_ASSERTIONS DEFE_CHECK)
 endif()
 
 # defe_add_library(NAME [LINK targets...]): static library of src/*.cpp with public

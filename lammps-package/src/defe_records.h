@@ -61,6 +61,11 @@ struct DERecord {
   int newborn;      // 1 until the first force evaluation (energy of conversion)
   int pad;
   JointSlot slot[6];
+
+  // at the last step of a run or of a restart file, for a next run that goes on as if there had been
+  // no end: damping forces depend on velocities half a step ago, which nobody knows any more
+  double kept_x[3], kept_v[3], kept_omega[3];    // x unwrapped
+  double kept_f[3], kept_torque[3];              // of joints, ties and contacts
 };
 
 /** Surface contact of a node or DE with one part, from step to step. Plain data. */

@@ -16,6 +16,7 @@
 #include "memory.h"
 #include "modify.h"
 #include "neighbor.h"
+#include "output.h"
 #include "pair.h"
 #include "region.h"
 #include "update.h"
@@ -229,6 +230,11 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
         error->all(FLERR, "Fix defe kernel must be auto or lagrangian, not {}", arg[iarg + 1]);
       iarg += 2;
 
+    } else if (key == "check") {
+      need(2, "check");
+      checking = utils::logical(FLERR, arg[iarg + 1], false, lmp);
+      iarg += 2;
+
     } else if (key == "events") {
       need(2, "events");
       event_file = arg[iarg + 1];
@@ -237,7 +243,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
     } else
       error->all(FLERR,
                  "Unknown fix defe keyword {}: use material, part, convert, contact, shield, "
-                 "stress, kernel or events",
+                 "stress, kernel, check or events",
                  key);
   }
 
@@ -334,6 +340,14 @@ void FixDefe::init()
     error->all(FLERR, "Fix defe contact needs velocities of ghosts: add comm_modify vel yes");
 
   build_topology();
+  account_for_deleted();
+  check_integrators();
+
+  if (update->whichflag == 2 && des_total > 0)
+    error->all(
+        FLERR,
+        "Fix defe cannot minimize with DEs: joints damage along a path in time; minimize before "
+        "elements convert, or damp the motion with fix viscous");
 
   // IDs of DEs are those of their elements, shifted
 
@@ -441,6 +455,7 @@ void FixDefe::make_ghosts_for_setup()
 
 void FixDefe::pre_exchange()
 {
+  watch_walls();
   update_maxexchange();
   if (update->ntimestep != convert_step) return;
   convert_step = -1;
@@ -613,6 +628,10 @@ void FixDefe::pre_neighbor()
   build_surfaces();
   tables_built++;
   vector_step = -1;
+  if (checking) {
+    check_records("after reneighbouring");
+    check_masses();
+  }
 }
 
 /* ---------------------------------------------------------------------- */
@@ -643,6 +662,15 @@ void FixDefe::JointTable::clear()
 /* ----------------------------------------------------------------------
    local indices of an element's nodes, the images closest to its first node
 ------------------------------------------------------------------------- */
+
+void FixDefe::hex_coords(const int *idx, HexCoords &x, HexCoords &X) const
+{
+  for (int a = 0; a < 8; a++)
+    for (int k = 0; k < 3; k++) {
+      x(k, a) = atom->x[idx[a]][k];
+      X(k, a) = xframe[idx[a]][k];
+    }
+}
 
 bool FixDefe::local_hex(const HexRecord &h, int anchor, int *idx) const
 {
@@ -733,22 +761,88 @@ void FixDefe::post_force(int /*vflag*/)
   const size_t n = 3 * static_cast<size_t>(atom->nlocal);
   if (f_internal.size() < n) f_internal.resize(n);
   if (n) memcpy(f_internal.data(), &atom->f[0][0], n * sizeof(double));
+  if (update->ntimestep == update->laststep || update->ntimestep == output->next_restart)
+    keep_forces();
+}
+
+/* ----------------------------------------------------------------------
+   a run ends here, or a restart file is written: what the DEs' forces are at the end of this step
+   (only DEs have forces that depend on velocities). Whoever goes on from here takes these, if nothing
+   was changed in between: the run then continues as if it had not been interrupted.
+------------------------------------------------------------------------- */
+
+void FixDefe::keep_forces()
+{
+  kept_step = update->ntimestep;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!de[i]) continue;
+    for (int k = 0; k < 3; k++) {
+      de[i]->kept_f[k] = atom->f[i][k];
+      de[i]->kept_torque[k] = atom->torque[i][k];
+    }
+  }
+}
+
+void FixDefe::keep_motion()
+{
+  kept_natoms = atom->natoms;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!de[i]) continue;
+    domain->unmap(atom->x[i], atom->image[i], de[i]->kept_x);
+    for (int k = 0; k < 3; k++) {
+      de[i]->kept_v[k] = atom->v[i][k];
+      de[i]->kept_omega[k] = atom->omega[i][k];
+    }
+  }
+}
+
+void FixDefe::continue_with_kept_forces()
+{
+  if (des_total == 0 || kept_step != update->ntimestep || kept_natoms != atom->natoms) return;
+  int same = 1, all = 0;
+  for (int i = 0; i < atom->nlocal && same; i++) {
+    if (!de[i]) continue;
+    const DERecord &r = *de[i];
+    double x[3];
+    domain->unmap(atom->x[i], atom->image[i], x);
+    for (int k = 0; k < 3; k++)
+      if (std::abs(x[k] - r.kept_x[k]) > 1.0e-10 * max_diagonal || atom->v[i][k] != r.kept_v[k] ||
+          atom->omega[i][k] != r.kept_omega[k])
+        same = 0;
+  }
+  MPI_Allreduce(&same, &all, 1, MPI_INT, MPI_MIN, world);
+  if (!all) return;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!de[i]) continue;
+    for (int k = 0; k < 3; k++) {
+      atom->f[i][k] = de[i]->kept_f[k];
+      atom->torque[i][k] = de[i]->kept_torque[k];
+    }
+  }
 }
 
 /* ----------------------------------------------------------------------
    power of all forces that are not ours, with velocities at the full step
 ------------------------------------------------------------------------- */
 
-double FixDefe::power_of_others() const
+double FixDefe::power_of_others()
 {
   const int nlocal = atom->nlocal;
   if (nlocal == 0) return 0.0;
   const double *f = atom->f[0];
   const double *v = atom->v[0];
   double power[3] = {0.0, 0.0, 0.0};    // three sums, so that they need not wait for each other
+  double fastest[3] = {0.0, 0.0, 0.0};
   for (int i = 0; i < 3 * nlocal; i += 3)
-    for (int k = 0; k < 3; k++) power[k] += (f[i + k] - f_internal[i + k]) * v[i + k];
-  return power[0] + power[1] + power[2];
+    for (int k = 0; k < 3; k++) {
+      power[k] += (f[i + k] - f_internal[i + k]) * v[i + k];
+      fastest[k] = MAX(fastest[k], std::abs(v[i + k]));
+    }
+  const double sum = power[0] + power[1] + power[2];
+  const double limit = max_step_length / update->dt;
+  if (!(MAX(fastest[0], MAX(fastest[1], fastest[2])) <= limit) || !std::isfinite(sum))
+    stop_exploded();
+  return sum;
 }
 
 /* ----------------------------------------------------------------------
@@ -767,6 +861,7 @@ void FixDefe::initial_integrate(int /*vflag*/)
 void FixDefe::setup(int vflag)
 {
   after_setup = true;
+  continue_with_kept_forces();
   post_force(vflag);
   mark_elements();
 }
@@ -779,6 +874,7 @@ void FixDefe::end_of_step()
 
   external_power = power_of_others();
   ledger.external += 0.5 * update->dt * external_power;
+  if (kept_step == update->ntimestep) keep_motion();
 
   mark_elements();
   vector_step = -1;
@@ -808,11 +904,7 @@ void FixDefe::mark_elements()
       if (!(b.bound[e] > p.stress)) continue;
       HexRecord &h = *b.hex[e];
       HexCoords x, X;
-      for (int a = 0; a < 8; a++)
-        for (int k = 0; k < 3; k++) {
-          x(k, a) = atom->x[b.node[e][a]][k];
-          X(k, a) = xframe[b.node[e][a]][k];
-        }
+      hex_coords(b.node[e].data(), x, X);
       const auto &kernel = *kernels[b.kernel].kernel;
       Vec3 direction(1.0, 0.0, 0.0);
       double s1 = -1.0e300;
@@ -832,7 +924,7 @@ void FixDefe::mark_elements()
         const double tau = p.shield_time;
         auto &list = h.shields;
         for (size_t k = 0; k < list.size();)
-          if (time - list[k].time >= tau) {
+          if (time - list[k].time >= tau || list[k].time > time) {    // or the clock was set back
             list[k] = list.back();
             list.pop_back();
           } else
@@ -866,12 +958,8 @@ void FixDefe::centre_stress(const HexRecord &h, double *centre, double *stress6,
   s1 = 0.0;
   if (anchor < 0 || !local_hex(h, anchor, idx)) return;
   HexCoords x, X;
-  for (int a = 0; a < 8; a++)
-    for (int k = 0; k < 3; k++) {
-      x(k, a) = atom->x[idx[a]][k];
-      X(k, a) = xframe[idx[a]][k];
-      centre[k] += 0.125 * x(k, a);
-    }
+  hex_coords(idx, x, X);
+  for (int k = 0; k < 3; k++) centre[k] = x.row(k).mean();
   if (material_of(parts[h.part]).rigid || h.kernel < 0) return;
   const Mat3 s = kernels[h.kernel].kernel->stress(x, X, Vec3::Zero());
   stress6[0] = s(0, 0);
@@ -1092,6 +1180,8 @@ struct GlobalState {
   tagint de_base, last_element;
   int start_done, hexes_per_node;
   double dt_finite, dt_discrete, max_diagonal, first_conversion, first_damage;
+  bigint nodes_total, des_gone, kept_step, kept_natoms;
+  double mass_total, mass_gone, max_step_length;
 };
 }    // namespace
 
@@ -1101,6 +1191,13 @@ void FixDefe::write_restart(FILE *fp)
                     ledger.conv_strain, ledger.conv_kinetic, ledger.external};
   GlobalState g;
   MPI_Reduce(mine, g.ledger, 7, MPI_DOUBLE, MPI_SUM, 0, world);
+  MPI_Reduce(&mass_gone, &g.mass_gone, 1, MPI_DOUBLE, MPI_SUM, 0, world);
+  MPI_Reduce(&des_gone, &g.des_gone, 1, MPI_LMP_BIGINT, MPI_SUM, 0, world);
+  g.nodes_total = nodes_total;
+  g.mass_total = mass_total;
+  g.max_step_length = max_step_length;
+  g.kept_step = kept_step;
+  g.kept_natoms = kept_natoms;
   g.des_total = des_total;
   g.hexes_total = hexes_total;
   g.conversions_total = conversions_total;
@@ -1159,7 +1256,14 @@ void FixDefe::restart(char *buf)
     ledger.conv_strain = g.ledger[4];
     ledger.conv_kinetic = g.ledger[5];
     ledger.external = g.ledger[6];
+    mass_gone = g.mass_gone;
+    des_gone = g.des_gone;
   }
+  nodes_total = g.nodes_total;
+  mass_total = g.mass_total;
+  max_step_length = g.max_step_length;
+  kept_step = g.kept_step;
+  kept_natoms = g.kept_natoms;
   des_total = g.des_total;
   hexes_total = g.hexes_total;
   conversions_total = g.conversions_total;

@@ -191,6 +191,9 @@ class FixDefe : public Fix {
   void centre_stress(const HexRecord &, double *centre, double *stress6, double &s1) const;
   bool local_hex(const HexRecord &, int anchor, int *idx) const;
 
+  /** Current and reference coordinates of the nodes of an element, from local indices. */
+  void hex_coords(const int *idx, defe::fe::HexCoords &x, defe::fe::HexCoords &X) const;
+
  private:
   // ---- options ----
   double contact_factor = 0.0;
@@ -198,6 +201,11 @@ class FixDefe : public Fix {
   bool shield = true;
   bool gauss_stress = false;
   bool force_lagrangian = false;
+#if defined(NDEBUG) && !defined(DEFE_CHECK)
+  bool checking = false;    // of all records after every reneighbouring
+#else
+  bool checking = true;
+#endif
   std::string event_file;
   bool event_header = false;
 
@@ -216,7 +224,11 @@ class FixDefe : public Fix {
   bigint nhex_header = 0;
   tagint de_base = 0;         // DE k of element e has the ID de_base + 8 (e - 1) + k + 1
   tagint last_element = 0;    // largest element ID of the mesh
-  bigint hexes_total = 0;
+  bigint hexes_total = 0, nodes_total = 0;
+  double mass_total = 0.0;
+  double max_step_length = 0.0;    // a quarter of the shortest edge
+  bigint des_gone = 0;             // of this rank: left the box, as the user allowed
+  double mass_gone = 0.0;
   double dt_finite = 0.0, dt_discrete = 0.0;    // stable time steps, 0 = none
   double max_diagonal = 0.0;
   std::vector<double> de_radius_max;    // per type
@@ -302,7 +314,7 @@ class FixDefe : public Fix {
   std::vector<double> f_internal;    // forces of owned atoms before other fixes add theirs
   double external_power = 0.0;
   bool after_setup = false;
-  double power_of_others() const;
+  double power_of_others();
   double virial_fe[6];
   double fe_energy_all();
   double vector_values[25];
@@ -318,6 +330,22 @@ class FixDefe : public Fix {
   std::vector<double> image_data;
   std::vector<double *> image_rows;
   std::vector<int> image_vec;
+
+  // ---- checks ----
+  void check_records(const char *when);
+  void check_masses();
+  void account_for_deleted();
+  void watch_walls();
+  void stop_exploded();
+  void check_integrators();
+  std::string describe(int i) const;
+  double kinetic_energy(int i) const;
+
+  // ---- forces at the end of a run, or in a restart file ----
+  bigint kept_step = -1, kept_natoms = 0;
+  void keep_forces();
+  void keep_motion();
+  void continue_with_kept_forces();
 
   void update_maxexchange();
   int pack_record(int, double *) const;

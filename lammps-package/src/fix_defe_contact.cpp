@@ -430,11 +430,14 @@ void FixDefe::contact_forces()
       const auto r =
           defe::coulomb_friction(shear, n, update->setupflag ? Vec3::Zero() : Vec3(dt * slip), k,
                                  contact_friction * k * depth);
-      for (int d = 0; d < 3; d++) old->shear[d] = shear[d];
       force += r.force;
       contact_energy += r.stored;
-      old->stored = r.stored;
-      ledger.friction += r.rubbed;
+      // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
+      if (!update->setupflag) {
+        for (int d = 0; d < 3; d++) old->shear[d] = shear[d];
+        old->stored = r.stored;
+        ledger.friction += r.rubbed;
+      }
     }
     for (int d = 0; d < 3; d++) f[cp.point][d] += force[d];
     for (int a = 0; a < 4; a++)

@@ -152,11 +152,7 @@ void FixDefe::convert_marked()
 
   for (const auto &o : own) {
     HexCoords xe, Xe;
-    for (int a = 0; a < 8; a++)
-      for (int k = 0; k < 3; k++) {
-        xe(k, a) = x[(*o.idx)[a]][k];
-        Xe(k, a) = xframe[(*o.idx)[a]][k];
-      }
+    hex_coords(o.idx->data(), xe, Xe);
     ledger.conv_strain += kernels[o.kernel].kernel->energy(xe, Xe);
   }
 
@@ -227,16 +223,11 @@ void FixDefe::convert_marked()
     const HexRecord &h = *o.hex;
     const Part &p = parts[h.part];
     HexCoords Xe, xe, ve;
-    double mass = 0.0;
+    hex_coords(o.idx->data(), xe, Xe);
     for (int a = 0; a < 8; a++)
-      for (int k = 0; k < 3; k++) {
-        const int i = (*o.idx)[a];
-        Xe(k, a) = xframe[i][k];
-        xe(k, a) = x[i][k];
-        ve(k, a) = v[i][k];
-      }
+      for (int k = 0; k < 3; k++) ve(k, a) = v[(*o.idx)[a]][k];
     const double volume = defe::fe::volume(Xe);
-    mass = material_of(p).elastic.rho * volume;
+    const double mass = material_of(p).elastic.rho * volume;
     for (int a = 0; a < 8; a++) {
       loss_mass[(*o.idx)[a]] += 0.125 * mass;
       loss_count[(*o.idx)[a]]++;
@@ -330,9 +321,11 @@ void FixDefe::convert_marked()
       return h.id == o.id;
     }));
   }
+  bigint nodes_gone = 0;
   int n = nlocal;
   for (int i = nlocal - 1; i >= 0; i--)
     if (loss_count[i] > 0 && nelem[i] == 0) {
+      nodes_gone++;
       if (i != n - 1)
         atom->avec->copy(n - 1, i, 1);
       else {
@@ -366,8 +359,9 @@ void FixDefe::convert_marked()
   }
   marked.clear();
 
-  bigint mine[2] = {atom->nlocal, static_cast<bigint>(own.size())}, all[2];
-  MPI_Allreduce(mine, all, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  bigint mine[3] = {atom->nlocal, static_cast<bigint>(own.size()), nodes_gone}, all[3];
+  MPI_Allreduce(mine, all, 3, MPI_LMP_BIGINT, MPI_SUM, world);
+  nodes_total -= all[2];
   atom->natoms = all[0];
   conversions_total += all[1];
   hexes_total -= all[1];

@@ -70,6 +70,14 @@ double FixDefe::compute_vector(int n)
   return vector_values[n];
 }
 
+double FixDefe::kinetic_energy(int i) const
+{
+  const double *v = atom->v[i], *w = atom->omega[i];
+  return 0.5 * atom->rmass[i] *
+      (v[0] * v[0] + v[1] * v[1] + v[2] * v[2] +
+       0.4 * atom->radius[i] * atom->radius[i] * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]));
+}
+
 /* ---------------------------------------------------------------------- */
 
 void FixDefe::fill_vector()
@@ -96,6 +104,7 @@ void FixDefe::fill_vector()
     CONV_STRAIN,
     CONV_KINETIC,
     EXTERNAL,
+    GONE,
     NSUM
   };
   double mine[NSUM] = {0.0}, all[NSUM];
@@ -109,13 +118,9 @@ void FixDefe::fill_vector()
         else if (slot.kind == DefeJoint::DE && atom->tag[i] < slot.other)
           mine[CONNECTIVE + slot.state] += 1.0;
       }
-      const double *w = atom->omega[i];
-      mine[KINETIC] += 0.2 * atom->rmass[i] * atom->radius[i] * atom->radius[i] *
-          (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
     } else if (nelem[i] == 0)
       continue;
-    const double *v = atom->v[i];
-    mine[KINETIC] += 0.5 * atom->rmass[i] * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    mine[KINETIC] += kinetic_energy(i);
   }
   mine[E_FE] = fe_energy_all();
   mine[E_JOINTS] = stored.joints;
@@ -130,6 +135,7 @@ void FixDefe::fill_vector()
   mine[CONV_STRAIN] = ledger.conv_strain;
   mine[CONV_KINETIC] = ledger.conv_kinetic;
   mine[EXTERNAL] = ledger.external;
+  mine[GONE] = static_cast<double>(des_gone);
 
   double s1 = -1.0e300, s1_all;
   for (const auto &b : batches) {
@@ -138,11 +144,7 @@ void FixDefe::fill_vector()
     for (size_t e = 0; e < b.node.size(); e++) {
       if (b.bound[e] <= s1) continue;
       HexCoords x, X;
-      for (int a = 0; a < 8; a++)
-        for (int k = 0; k < 3; k++) {
-          x(k, a) = atom->x[b.node[e][a]][k];
-          X(k, a) = xframe[b.node[e][a]][k];
-        }
+      hex_coords(b.node[e].data(), x, X);
       s1 = MAX(s1, defe::fe::max_principal(kernel.stress(x, X, Vec3::Zero())));
     }
   }
@@ -153,7 +155,7 @@ void FixDefe::fill_vector()
   double *w = vector_values;
   w[0] = static_cast<double>(hexes_total);
   w[1] = static_cast<double>(conversions_total);
-  w[2] = static_cast<double>(des_total);
+  w[2] = static_cast<double>(des_total) - all[GONE];
   w[3] = all[CONNECTIVE];
   w[4] = all[COHESIVE];
   w[5] = all[CONTACT];
@@ -232,7 +234,8 @@ void FixDefe::flush_events()
     utils::print(fp, "{} {:.9g} {} {} {} {:.9g} {:.9g} {:.9g} {:.4g} {:.4g} {:.4g} {:.6g}\n",
                  e.step, e.time, name[e.what], e.a, e.b, e.x[0], e.x[1], e.x[2], e.n[0], e.n[1],
                  e.n[2], e.value);
-  if (fclose(fp))
+  const bool failed = ferror(fp) != 0;
+  if (fclose(fp) || failed)
     error->one(FLERR, "Fix defe cannot write its event file {}: {}", event_file,
                utils::getsyserror());
 }

@@ -10,11 +10,12 @@
 
 #include "fix_defe.h"
 
+#include "rendezvous.h"
+
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
-#include "irregular.h"
 #include "text_file_reader.h"
 #include "tokenizer.h"
 #include "update.h"
@@ -31,21 +32,9 @@
 
 using namespace LAMMPS_NS;
 using defe::fe::HexCoords;
+using Rendezvous::route;
 
 namespace {
-
-/// Send each datum to its rank; returns what arrived here.
-template <class T> std::vector<T> route(LAMMPS *lmp, std::vector<T> &send, std::vector<int> &proc)
-{
-  Irregular irregular(lmp);
-  const int nrecv = irregular.create_data(static_cast<int>(send.size()), proc.data(), 1);
-  std::vector<T> recv(nrecv + 1);
-  irregular.exchange_data(reinterpret_cast<char *>(send.data()), sizeof(T),
-                          reinterpret_cast<char *>(recv.data()));
-  irregular.destroy_data();
-  recv.resize(nrecv);
-  return recv;
-}
 
 struct NodeDatum {
   tagint tag;
@@ -206,7 +195,7 @@ void FixDefe::build_topology()
   // 2. shapes: checks, volume, stable step, largest diagonal and DE
 
   std::vector<double> mass(n);
-  double dt = 1.0e300, diagonal = 0.0;
+  double dt = 1.0e300, diagonal = 0.0, shortest = 1.0e300;
   bigint suspicious = 0;
   std::vector<double> radius(atom->ntypes + 1, 0.0);
   std::vector<double> size_sum(2 * parts.size(), 0.0);
@@ -235,6 +224,10 @@ void FixDefe::build_topology()
     const Material &m = material_of(p);
     mass[e] = m.elastic.rho * volume;
     diagonal = MAX(diagonal, defe::fe::max_diagonal(X[e]));
+    for (int a = 0; a < 8; a++)
+      for (int axis = 0; axis < 3; axis++)
+        shortest =
+            MIN(shortest, (X[e].col(defe::fe::hex_edge_neighbor(a, axis)) - X[e].col(a)).norm());
     size_sum[2 * mesh[e]->part] += std::cbrt(volume);
     size_sum[2 * mesh[e]->part + 1] += 1.0;
     if (!m.rigid) {
@@ -273,6 +266,8 @@ void FixDefe::build_topology()
   if (dt_finite >= 1.0e300) dt_finite = 0.0;
   if (dt_discrete >= 1.0e300) dt_discrete = 0.0;
   MPI_Allreduce(&diagonal, &max_diagonal, 1, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(&shortest, &max_step_length, 1, MPI_DOUBLE, MPI_MIN, world);
+  max_step_length *= 0.25;
   MPI_Allreduce(radius.data(), de_radius_max.data(), static_cast<int>(radius.size()), MPI_DOUBLE,
                 MPI_MAX, world);
   std::vector<double> size_all(size_sum.size());
@@ -329,6 +324,16 @@ void FixDefe::build_topology()
                    atom->tag[r.local], atom->radius[r.local]);
     }
   }
+
+  bigint nodes = 0;
+  double mass_here = 0.0;
+  for (int i = 0; i < nlocal; i++)
+    if (nelem[i] > 0) {
+      nodes++;
+      mass_here += atom->rmass[i];
+    }
+  MPI_Allreduce(&nodes, &nodes_total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  MPI_Allreduce(&mass_here, &mass_total, 1, MPI_DOUBLE, MPI_SUM, world);
 
   // 4. what is behind each face
 

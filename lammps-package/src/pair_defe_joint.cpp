@@ -822,7 +822,9 @@ void PairDefeJoint::contact_forces()
         Vec3(del[0], del[1], del[2]), Vec3(v[i][0] - v[j][0], v[i][1] - v[j][1], v[i][2] - v[j][2]),
         Vec3(omega[i][0], omega[i][1], omega[i][2]), Vec3(omega[j][0], omega[j][1], omega[j][2]),
         radius[i], radius[j], reach, rmass[i] * rmass[j] / (rmass[i] + rmass[j]), dt, history, par);
-    for (int k = 0; k < 3; k++) shear[k] = history[k];
+    // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
+    if (!update->setupflag)
+      for (int k = 0; k < 3; k++) shear[k] = history[k];
 
     const bool whole = newton_pair || j < nlocal;
     for (int k = 0; k < 3; k++) {
@@ -836,8 +838,10 @@ void PairDefeJoint::contact_forces()
       }
     const double share = whole ? 1.0 : 0.5;
     fix->stored.contact += share * r.stored;
-    fix->ledger.damping += share * r.damped;
-    fix->ledger.friction += share * r.rubbed;
+    if (!update->setupflag) {
+      fix->ledger.damping += share * r.damped;
+      fix->ledger.friction += share * r.rubbed;
+    }
     if (vflag_global || vflag_atom) {
       const double half[3] = {share * del[0], share * del[1], share * del[2]};
       tally(half, r.force.data(), i);

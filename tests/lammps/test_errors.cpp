@@ -204,8 +204,8 @@ TEST(Errors, ElementTurnsInsideOut)
       block.convert = "1e15 type 2 group particles";
       EXPECT_THAT(
           failure(block.script() +
-                      "velocity nodes set 0 0 -2e4\nregion low block INF INF INF "
-                      "INF INF 0.001\ngroup low region low\nvelocity low set 0 0 2e4\nrun 100",
+                      "velocity nodes set 0 0 -8e3\nregion low block INF INF INF "
+                      "INF INF 0.001\ngroup low region low\nvelocity low set 0 0 8e3\nrun 100",
                   MPI_COMM_SELF),
           AllOf(HasSubstr("Element 1 of part glass turned inside out at step"),
                 HasSubstr("timestep")))

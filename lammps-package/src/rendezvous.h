@@ -1,0 +1,59 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifndef LMP_DEFE_RENDEZVOUS_H
+#define LMP_DEFE_RENDEZVOUS_H
+
+#include "comm.h"
+#include "irregular.h"
+#include "lammps.h"
+#include "lmptype.h"
+
+#include <vector>
+
+namespace LAMMPS_NS::Rendezvous {
+
+/** The rank on which all that concerns one ID meets. */
+inline int rank_of(LAMMPS *lmp, tagint id)
+{
+  return static_cast<int>(id % lmp->comm->nprocs);
+}
+
+/** Send each datum (plain data) to its rank; returns what arrived here. Collective. */
+template <class T> std::vector<T> route(LAMMPS *lmp, std::vector<T> &send, std::vector<int> &proc)
+{
+  Irregular irregular(lmp);
+  const int nrecv = irregular.create_data(static_cast<int>(send.size()), proc.data(), 1);
+  std::vector<T> recv(nrecv + 1);
+  irregular.exchange_data(reinterpret_cast<char *>(send.data()), sizeof(T),
+                          reinterpret_cast<char *>(recv.data()));
+  irregular.destroy_data();
+  recv.resize(nrecv);
+  return recv;
+}
+
+/** A list of data, each with the rank it goes to. */
+template <class T> class Letters {
+ public:
+  explicit Letters(LAMMPS *lmp) : lmp(lmp) {}
+  void to_rank(int p, const T &datum)
+  {
+    data.push_back(datum);
+    proc.push_back(p);
+  }
+  void to_id(tagint id, const T &datum) { to_rank(rank_of(lmp, id), datum); }
+  /** Collective. */
+  std::vector<T> send() { return route(lmp, data, proc); }
+
+ private:
+  LAMMPS *lmp;
+  std::vector<T> data;
+  std::vector<int> proc;
+};
+
+}    // namespace LAMMPS_NS::Rendezvous
+
+#endif
