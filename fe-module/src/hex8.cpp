@@ -163,28 +163,47 @@ std::string describe_bad_hex(long long id, const HexCoords &X, const HexCheck &c
   return text.str();
 }
 
+namespace {
+
+  Eigen::Matrix<double, 24, 24> stiffness(const HexCoords &Y, double lambda, double mu)
+  {
+    Eigen::Matrix<double, 24, 24> K = Eigen::Matrix<double, 24, 24>::Zero();
+    for (const Vec3 &xi : gauss_points()) {
+      const Mat3 J = jacobian(Y, xi);
+      const double w = J.determinant();
+      const Eigen::Matrix<double, 8, 3> g = shape_gradient(xi) * J.inverse();
+      for (int a = 0; a < 8; ++a)
+        for (int b = 0; b <= a; ++b) {
+          Mat3 block = lambda * g.row(a).transpose() * g.row(b);
+          block += mu * g.row(b).transpose() * g.row(a);
+          block.diagonal().array() += mu * g.row(a).dot(g.row(b));
+          K.block<3, 3>(3 * a, 3 * b) += w * block;
+        }
+    }
+    for (int a = 0; a < 8; ++a)
+      for (int b = a + 1; b < 8; ++b)
+        K.block<3, 3>(3 * a, 3 * b) = K.block<3, 3>(3 * b, 3 * a).transpose();
+    return K;
+  }
+
+}    // namespace
+
 Eigen::Matrix<double, 24, 24> stiffness(const HexCoords &X, const IsotropicElastic &material)
 {
-  const HexCoords Y = relative_to_first(X);
-  const double lambda = material.lambda(), mu = material.mu();
+  return stiffness(relative_to_first(X), material.lambda(), material.mu());
+}
 
-  Eigen::Matrix<double, 24, 24> K = Eigen::Matrix<double, 24, 24>::Zero();
+Eigen::Matrix<double, 24, 24> stiffness_fbar(const HexCoords &X, const IsotropicElastic &material)
+{
+  const HexCoords Y = relative_to_first(X);
+  Eigen::Matrix<double, 24, 1> dv = Eigen::Matrix<double, 24, 1>::Zero();    // dv/du
   for (const Vec3 &xi : gauss_points()) {
     const Mat3 J = jacobian(Y, xi);
-    const double w = J.determinant();
     const Eigen::Matrix<double, 8, 3> g = shape_gradient(xi) * J.inverse();
-    for (int a = 0; a < 8; ++a)
-      for (int b = 0; b <= a; ++b) {
-        Mat3 block = lambda * g.row(a).transpose() * g.row(b);
-        block += mu * g.row(b).transpose() * g.row(a);
-        block.diagonal().array() += mu * g.row(a).dot(g.row(b));
-        K.block<3, 3>(3 * a, 3 * b) += w * block;
-      }
+    for (int a = 0; a < 8; ++a) dv.segment<3>(3 * a) += J.determinant() * g.row(a).transpose();
   }
-  for (int a = 0; a < 8; ++a)
-    for (int b = a + 1; b < 8; ++b)
-      K.block<3, 3>(3 * a, 3 * b) = K.block<3, 3>(3 * b, 3 * a).transpose();
-  return K;
+  return stiffness(Y, -2.0 / 3.0 * material.mu(), material.mu()) +
+      material.bulk() / volume(X) * dv * dv.transpose();
 }
 
 Mat3 linear_stress(const HexCoords &X, const HexCoords &u, const IsotropicElastic &material,

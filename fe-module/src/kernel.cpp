@@ -69,14 +69,15 @@ namespace {
 
 }    // namespace
 
-double CorotationalKernel::energy(const HexCoords &x, const HexCoords &) const
+double CorotationalKernel::energy(const HexCoords &x, const HexCoords &, const double *) const
 {
   const HexCoords u = corotate(x, shape0).u;
   const Eigen::Map<const Eigen::Matrix<double, 24, 1>> v(u.data());
   return 0.5 * v.dot(K * v);
 }
 
-Mat3 CorotationalKernel::stress(const HexCoords &x, const HexCoords &, const Vec3 &xi) const
+Mat3 CorotationalKernel::stress(const HexCoords &x, const HexCoords &, const Vec3 &xi,
+                                const double *) const
 {
   const Corotated c = corotate(x, shape0);
   return c.R * linear_stress(shape0, c.u, elastic, xi) * c.R.transpose();

@@ -1,5 +1,5 @@
 #include "defe/fe/hex8.h"
-#include "hex_modes.h"
+#include "tangents.h"
 
 #include <limits>
 #include <stdexcept>
@@ -13,70 +13,10 @@
 //   S^ij = lambda (G^kl E_kl) G^ij + 2 mu G^ik E_kl G^lj,  W = sum over points of J S^ij E_ij / 2,
 //   dW/dx_i = J S^ij x_j with J = det(X_1 X_2 X_3).
 // This needs neither F nor gradients by X. By the symmetry of S the moments of the forces balance.
-//
-// x_1 does not depend on xi (and so on): there are 3 x 4 different tangent vectors at the eight
-// Gauss points, and they come from the modes (hex_modes.h) in two butterflies.
 
 namespace defe::fe {
 
 namespace {
-
-  constexpr double gauss = 0.57735026918962576451;    // 1/sqrt(3)
-
-  // Tangents at the Gauss points times 8: t[k][q][i] = component i of 8 dv/dxi_k, where bit 0 of q
-  // is the sign of xi_(k+1) and bit 1 that of xi_(k+2) (cyclic).
-  using Tangents = Pack[3][4][3];
-
-  DEFE_INLINE int tangent_index(int point, int k)
-  {
-    return (hex_sign[point][(k + 1) % 3] > 0 ? 1 : 0) + (hex_sign[point][(k + 2) % 3] > 0 ? 2 : 0);
-  }
-
-  DEFE_INLINE void modes_to_tangents(const Pack v[3][8], Tangents t)
-  {
-    for (int k = 0; k < 3; ++k) {
-      const int m = 1 << k, ma = 1 << (k + 1) % 3, mb = 1 << (k + 2) % 3;
-      for (int i = 0; i < 3; ++i) {
-        const Pack a0 = v[i][m] - gauss * v[i][m | ma];
-        const Pack a1 = v[i][m] + gauss * v[i][m | ma];
-        const Pack b0 = v[i][m | mb] - gauss * v[i][7];
-        const Pack b1 = v[i][m | mb] + gauss * v[i][7];
-        t[k][0][i] = a0 - gauss * b0;
-        t[k][1][i] = a1 - gauss * b1;
-        t[k][2][i] = a0 + gauss * b0;
-        t[k][3][i] = a1 + gauss * b1;
-      }
-    }
-  }
-
-  // The transpose: g[i][m] = - sum over points of t_k dphi_m/dxi_k.
-  DEFE_INLINE void tangents_to_forces(const Tangents t, Pack g[3][8])
-  {
-    for (int i = 0; i < 3; ++i) {
-      g[i][0] = g[i][3] = g[i][5] = g[i][6] = g[i][7] = Pack{};
-      for (int k = 0; k < 3; ++k) {
-        const int m = 1 << k, ma = 1 << (k + 1) % 3, mb = 1 << (k + 2) % 3;
-        const Pack a0 = t[k][0][i] + t[k][2][i], a1 = t[k][1][i] + t[k][3][i];
-        const Pack b0 = t[k][2][i] - t[k][0][i], b1 = t[k][3][i] - t[k][1][i];
-        g[i][m] = -(a0 + a1);
-        g[i][m | ma] -= gauss * (a1 - a0);
-        g[i][m | mb] -= gauss * (b0 + b1);
-        g[i][7] -= (gauss * gauss) * (b1 - b0);
-      }
-    }
-  }
-
-  DEFE_INLINE void cross(const Pack a[3], const Pack b[3], Pack c[3])
-  {
-    c[0] = a[1] * b[2] - a[2] * b[1];
-    c[1] = a[2] * b[0] - a[0] * b[2];
-    c[2] = a[0] * b[1] - a[1] * b[0];
-  }
-
-  DEFE_INLINE Pack dot(const Pack a[3], const Pack b[3])
-  {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-  }
 
   // One point of the element. All tangents are those above, 8 times too long; S^ij is then 64
   // times too small, which makes up for it wherever two of them meet.
@@ -245,7 +185,7 @@ void LagrangianKernel::add_forces(int n, const int (*nodes)[8], const double *x,
   });
 }
 
-double LagrangianKernel::energy(const HexCoords &x, const HexCoords &X) const
+double LagrangianKernel::energy(const HexCoords &x, const HexCoords &X, const double *) const
 {
   double sum = 0.0;
   for (const Vec3 &xi : gauss_points()) {
@@ -257,7 +197,8 @@ double LagrangianKernel::energy(const HexCoords &x, const HexCoords &X) const
   return sum;
 }
 
-Mat3 LagrangianKernel::stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi) const
+Mat3 LagrangianKernel::stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi,
+                              const double *) const
 {
   const Mat3 F = deformation_gradient(x, X, xi);
   const Mat3 green = 0.5 * (F.transpose() * F - Mat3::Identity());

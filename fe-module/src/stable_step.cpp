@@ -7,16 +7,34 @@
 
 namespace defe::fe {
 
+namespace {
+
+  double frequency(const Eigen::Matrix<double, 24, 24> &K, const HexCoords &X, double rho)
+  {
+    using Solver = Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 24, 24>>;
+    return std::sqrt(Solver(K, Eigen::EigenvaluesOnly).eigenvalues()[23] / nodal_mass(X, rho));
+  }
+
+}    // namespace
+
 double max_frequency(const HexCoords &X, const IsotropicElastic &material)
 {
-  using Solver = Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 24, 24>>;
-  const Solver solver(stiffness(X, material), Eigen::EigenvaluesOnly);
-  return std::sqrt(solver.eigenvalues()[23] / nodal_mass(X, material.rho));
+  return frequency(stiffness(X, material), X, material.rho);
 }
 
 double critical_step(const HexCoords &X, const IsotropicElastic &material)
 {
   return 2.0 / max_frequency(X, material);
+}
+
+double max_frequency_fbar(const HexCoords &X, const IsotropicElastic &initial)
+{
+  return frequency(stiffness_fbar(X, initial), X, initial.rho);
+}
+
+double critical_step_fbar(const HexCoords &X, const IsotropicElastic &initial)
+{
+  return 2.0 / max_frequency_fbar(X, initial);
 }
 
 }    // namespace defe::fe

@@ -61,6 +61,10 @@ std::string describe_bad_hex(long long id, const HexCoords &X, const HexCheck &c
 /// Linear stiffness matrix, 2 x 2 x 2 Gauss points; row and column 3 a + i = node a, component i.
 Eigen::Matrix<double, 24, 24> stiffness(const HexCoords &X, const IsotropicElastic &material);
 
+/// The same with the mean dilatation of the element at all Gauss points (B-bar; Nagtegaal, Parks and
+/// Rice 1974, Hughes 1980), the linearisation of FBarKernel: no volumetric locking.
+Eigen::Matrix<double, 24, 24> stiffness_fbar(const HexCoords &X, const IsotropicElastic &material);
+
 /// Linear stress C : sym(grad u) at natural coordinates xi, for nodal displacements u.
 Mat3 linear_stress(const HexCoords &X, const HexCoords &u, const IsotropicElastic &material,
                    const Vec3 &xi);

@@ -11,21 +11,22 @@ namespace defe::fe {
 /// Internal forces of 8-node hexahedra with 2 x 2 x 2 Gauss points.
 ///
 /// Contract for every kernel, whatever its material:
-/// - add_forces() adds the exact negative gradient of a strain energy W(x), so the sum of an
-///   element's forces and the sum of their moments vanish to rounding for any x, and energy is
-///   conserved as well as the time integration can. (A dissipative or rate-dependent law replaces
-///   the first half of this sentence by its own balance and keeps its history per element; it needs
-///   an add_forces() of its own with the history and the time step as further arguments.)
-/// - W does not change under rigid translation and rotation of x by any angle.
+/// - add_forces() adds the exact negative gradient of a stored energy W(x, history), so the sum of
+///   an element's forces and the sum of their moments vanish to rounding for any x, and energy is
+///   conserved as well as the time integration can. Elastic laws have no history. Where there is
+///   one, it changes with time and W with it: the sum of W and of what Output::dissipation was told
+///   is then the work that was put in.
+/// - W does not change under rigid translation and rotation of x by any angle. A history belongs to
+///   the reference configuration and need not be turned.
 /// - stress() is the Cauchy stress of the current configuration in global axes.
 /// - All functions are const, allocate nothing on the heap (constructors may) and may be called
-///   from several threads at once as long as no two of them write to the same node.
+///   from several threads at once as long as no two of them write to the same node or history.
 /// - The result does not depend on how a list of elements is cut into calls, except for the order
-///   of the additions to f.
+///   of the additions to f, virial and dissipation.
 /// - An element is lost when its Jacobian dx/dX is not positive (corotational kernels look at the
-///   centre, LagrangianKernel at all Gauss points) or not a number. Its forces,
+///   centre, LagrangianKernel at all Gauss points, FBarKernels at both) or not a number. Its forces,
 ///   energy and bound are then NaN, so that nobody computes on with it unawares, and its index
-///   goes to Output::inverted.
+///   goes to Output::inverted. Its history is of no use afterwards.
 class HexKernel {
  public:
   HexKernel() = default;
@@ -33,9 +34,9 @@ class HexKernel {
   HexKernel &operator=(const HexKernel &) = delete;
   virtual ~HexKernel();
 
-  /// What add_forces() shall deliver besides forces; null pointers cost nothing.
+  /// What add_forces() shall deliver besides forces, and the history; null pointers cost nothing.
   struct Output {
-    /// [n] strain energy per element
+    /// [n] strain energy per element (stored energy W, for laws with history)
     double *energy = nullptr;
     /// [n] upper bound of the largest principal Cauchy stress at the element's centre, see
     /// max_principal_bound()
@@ -48,24 +49,44 @@ class HexKernel {
     int *inverted = nullptr;
     /// stress_bound is the largest of the bounds at the eight Gauss points instead of the centre's
     bool bound_at_gauss_points = false;
+
+    /// [n] history of each element, history_size() doubles; needed if that is not 0, else ignored.
+    /// Read, and overwritten if dt > 0.
+    double *const *history = nullptr;
+    /// Time that has passed since the history was advanced the last time. 0: the history stays as
+    /// it is; at the positions of the last call with dt > 0 this gives that call's forces and energy
+    /// bit for bit, elsewhere the response of the same moment.
+    double dt = 0.0;
+    /// [1] the energy that the elements dissipated in the time dt is ADDED
+    double *dissipation = nullptr;
   };
+
+  /// Doubles of history per element, 0 for elastic laws. A history of zeros is that of an element
+  /// that was never strained. The class of the law documents the layout.
+  virtual int history_size() const { return 0; }
 
   /// Adds f_a -= dW/dx_a for n elements.
   /// nodes: local node indices; x, f: current positions and forces, 3 contiguous doubles per node;
   /// X: reference positions, the same layout, may be null if !uses_reference().
   /// A node may occur in any number of elements. f must not overlap x or X.
+  /// Throws std::invalid_argument if a law with history gets none, or a dt that is negative or NaN.
   virtual void add_forces(int n, const int (*nodes)[8], const double *x, const double *X, double *f,
                           const Output &out) const = 0;
 
   /// False if the kernel holds the reference shape itself and never reads X.
   virtual bool uses_reference() const = 0;
 
-  /// Strain energy of one element; X is ignored if !uses_reference().
-  virtual double energy(const HexCoords &x, const HexCoords &X) const = 0;
+  /// Strain energy of one element; X is ignored if !uses_reference(). history: that of the element,
+  /// null for an element that was never strained.
+  virtual double energy(const HexCoords &x, const HexCoords &X,
+                        const double *history = nullptr) const = 0;
 
-  /// Cauchy stress at natural coordinates xi; X is ignored if !uses_reference().
-  virtual Mat3 stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi) const = 0;
+  /// Cauchy stress at natural coordinates xi; X and history as above.
+  virtual Mat3 stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi,
+                      const double *history = nullptr) const = 0;
 
+  /// Density and elastic constants of the first small and fast deformation: the small-strain limit
+  /// of a finite-strain law, the instantaneous moduli of a viscoelastic one.
   virtual const IsotropicElastic &material() const = 0;
 };
 
@@ -77,8 +98,10 @@ class HexKernel {
 class CorotationalKernel : public HexKernel {
  public:
   bool uses_reference() const override { return false; }
-  double energy(const HexCoords &x, const HexCoords &X) const override;
-  Mat3 stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi) const override;
+  double energy(const HexCoords &x, const HexCoords &X,
+                const double *history = nullptr) const override;
+  Mat3 stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi,
+              const double *history = nullptr) const override;
   const IsotropicElastic &material() const override { return elastic; }
 
   /// The shape that all elements of this kernel have in the reference configuration, node 0 at the
@@ -133,8 +156,10 @@ class LagrangianKernel : public HexKernel {
   void add_forces(int n, const int (*nodes)[8], const double *x, const double *X, double *f,
                   const Output &out) const override;
   bool uses_reference() const override { return true; }
-  double energy(const HexCoords &x, const HexCoords &X) const override;
-  Mat3 stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi) const override;
+  double energy(const HexCoords &x, const HexCoords &X,
+                const double *history = nullptr) const override;
+  Mat3 stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi,
+              const double *history = nullptr) const override;
   const IsotropicElastic &material() const override { return elastic; }
 
  private:

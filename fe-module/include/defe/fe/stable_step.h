@@ -19,6 +19,14 @@ double max_frequency(const HexCoords &X, const IsotropicElastic &material);
 /// stiffness lower it; a step of 0.9 times this value is customary.
 double critical_step(const HexCoords &X, const IsotropicElastic &material);
 
+/// The same for an FBarKernel: with its stiffness at rest, whose dilatation is the mean over the
+/// element (stiffness_fbar() in hex8.h); `initial` is the kernel's material(). The step is that of
+/// the undeformed body. An element squeezed or sheared to a fraction of its thickness needs that
+/// fraction of it, and stretching a rubber by lambda raises its stiffness by up to lambda^2: leave
+/// room.
+double max_frequency_fbar(const HexCoords &X, const IsotropicElastic &initial);
+double critical_step_fbar(const HexCoords &X, const IsotropicElastic &initial);
+
 }    // namespace defe::fe
 
 #endif
