@@ -275,12 +275,17 @@ class FixDefe : public Fix {
     int first, count;
     int part;
     double r;        // 0 for nodes
+    double area;     // of a DE; that of a node follows from its own facets
+    int own, nown;
     double k_own;    // penalty stiffness per area of the point's side, negative = rigid
     double weight;
     bool same;    // a DE against its own part
   };
   std::vector<ContactPair> contact_pairs;
-  std::vector<std::pair<int, double>> contact_facets;    // facet, area of the point facing it
+  std::vector<int> contact_facets;    // what the pairs may touch
+  std::vector<int> own_facets;        // the outer facets that a node belongs to
+  const FacetPlane &plane_of(int);
+  double facing_area(const ContactPair &, const defe::Vec3 &);
   double contact_energy = 0.0;                           // at the last force evaluation, this rank
   void build_surfaces();
   void contact_forces();

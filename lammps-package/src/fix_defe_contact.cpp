@@ -47,6 +47,7 @@ void FixDefe::build_surfaces()
   facets.clear();
   contact_pairs.clear();
   contact_facets.clear();
+  own_facets.clear();
   surface_at.clear();
   if (!(contact_factor > 0.0)) return;
 
@@ -161,31 +162,34 @@ void FixDefe::build_surfaces()
   // points: my nodes on outer faces, and my DEs
 
   struct Point {
-    int part;
+    int part = MAXSMALLINT;
     double area = 0.0, k_sum = 0.0;
     int k_count = 0;
     double r = 0.0;
-    std::vector<Vec3> quarters;    // of its own facets: a quarter of the area, along the normal
-  };
-  auto normal_of = [this](const Facet &f) {
-    double **x = atom->x;
-    const Vec3 a = Vec3(x[f.node[2]]) - Vec3(x[f.node[0]]);
-    const Vec3 b = Vec3(x[f.node[3]]) - Vec3(x[f.node[1]]);
-    return Vec3(a.cross(b).normalized());
+    std::vector<int> own;    // its own facets
   };
   std::vector<std::pair<int, Point>> points;
   {
+    // a node that parts share belongs to the first of them
     std::unordered_map<int, Point> nodes;
     for (const auto &f : facets) {
       if (!f.outer) continue;
       for (int i : f.node) {
         if (i >= nlocal) continue;
         auto &p = nodes.emplace(i, Point()).first->second;
-        if (p.k_count == 0) p.part = f.part;
+        p.part = MIN(p.part, f.part);
+      }
+    }
+    for (size_t k = 0; k < facets.size(); k++) {
+      const Facet &f = facets[k];
+      if (!f.outer) continue;
+      for (int i : f.node) {
+        if (i >= nlocal) continue;
+        auto &p = nodes.at(i);
         if (p.part != f.part) continue;
         p.k_sum += f.k_area;
         p.k_count++;
-        p.quarters.push_back(0.25 * f.area * normal_of(f));
+        p.own.push_back(static_cast<int>(k));
       }
     }
     for (auto &p : nodes) points.emplace_back(p);
@@ -229,7 +233,7 @@ void FixDefe::build_surfaces()
   for (size_t k = 0; k < facets.size(); k++)
     grid[cell_of(facets[k].centre)].push_back(static_cast<int>(k));
 
-  std::vector<std::pair<int, double>> near;    // facet, area of the point that faces it
+  std::vector<int> near;
   for (const auto &pp : points) {
     const int i = pp.first;
     const Point &p = pp.second;
@@ -250,17 +254,6 @@ void FixDefe::build_surfaces()
             const double cut = f.size * (0.5 + MAX_DEPTH + EDGE_MARGIN) + p.r + neighbor->skin;
             if (rsq > cut * cut) continue;
             if (material_of(parts[f.part]).rigid && material_of(parts[p.part]).rigid) continue;
-            double area = p.area;
-            if (p.r == 0.0) {
-              // only surfaces that face each other: where two edges lie flush, a node that comes
-              // free of one face must not be taken for inside of the face round the corner
-              const Vec3 n = normal_of(f);
-              double facing = 0.0;
-              for (const auto &a : p.quarters)
-                if (a.dot(n) < -0.3 * a.norm()) facing -= a.dot(n);
-              if (facing == 0.0) continue;
-              area = facing;
-            }
             if (same) {
               // a DE is tied to this element, or rests on it in the reference state
               bool tied = false;
@@ -268,26 +261,31 @@ void FixDefe::build_surfaces()
                 tied = tied || (slot.kind == DefeJoint::TIE && slot.other == f.element);
               if (tied) continue;
             }
-            near.emplace_back(k, area);
+            near.push_back(k);
           }
         }
     if (near.empty()) continue;
-    std::sort(near.begin(), near.end(), [this](const auto &a, const auto &b) {
-      const Facet &fa = facets[a.first], &fb = facets[b.first];
+    std::sort(near.begin(), near.end(), [this](int a, int b) {
+      const Facet &fa = facets[a], &fb = facets[b];
       if (fa.part != fb.part) return fa.part < fb.part;
       return fa.element != fb.element ? fa.element < fb.element : fa.face < fb.face;
     });
+    const int own = static_cast<int>(own_facets.size());
+    own_facets.insert(own_facets.end(), p.own.begin(), p.own.end());
     for (size_t k = 0; k < near.size();) {
       ContactPair cp;
       cp.point = i;
-      cp.part = facets[near[k].first].part;
+      cp.own = own;
+      cp.nown = static_cast<int>(p.own.size());
+      cp.area = p.area;
+      cp.part = facets[near[k]].part;
       cp.same = (cp.part == p.part);
       cp.first = static_cast<int>(contact_facets.size());
       cp.r = p.r;
       cp.k_own = p.k_sum / p.k_count;
       // nodes are met a second time, by the nodes of the other side against their facets
       cp.weight = p.r > 0.0 ? 1.0 : 0.5;
-      for (; k < near.size() && facets[near[k].first].part == cp.part; k++)
+      for (; k < near.size() && facets[near[k]].part == cp.part; k++)
         contact_facets.push_back(near[k]);
       cp.count = static_cast<int>(contact_facets.size()) - cp.first;
       contact_pairs.push_back(cp);
@@ -314,6 +312,32 @@ void FixDefe::FacetPlane::set(const double *x0, const double *x1, const double *
   to_eta = (aa * b - ab * a) / det;
   half_xi = std::sqrt(det / bb);    // heights of the parallelogram, from the middle
   half_eta = std::sqrt(det / aa);
+}
+
+const FixDefe::FacetPlane &FixDefe::plane_of(int k)
+{
+  FacetPlane &g = facet_planes[k];
+  double **x = atom->x;
+  const int *n = facets[k].node;
+  if (!g.known) g.set(x[n[0]], x[n[1]], x[n[2]], x[n[3]]);
+  return g;
+}
+
+/* ----------------------------------------------------------------------
+   area of a node that faces a surface with this normal, 0 if it looks another way
+   Only surfaces that face each other: where two edges lie flush, a node that comes free of one
+   face must not be taken for inside of the face round the corner.
+   With the normals of this step: the result must not depend on when the lists were made.
+------------------------------------------------------------------------- */
+
+double FixDefe::facing_area(const ContactPair &cp, const Vec3 &normal)
+{
+  double area = 0.0;
+  for (int k = cp.own; k < cp.own + cp.nown; k++) {
+    const double cosine = plane_of(own_facets[k]).normal.dot(normal);
+    if (cosine < -0.3) area -= 0.25 * facets[own_facets[k]].area * cosine;
+  }
+  return area;
 }
 
 /* ----------------------------------------------------------------------
@@ -346,12 +370,11 @@ void FixDefe::contact_forces()
     Vec3 n, slip;
     double nearest = 1.0e300, depth = 0.0, area = 0.0;
     for (int k = cp.first; k < cp.first + cp.count; k++) {
-      const Facet &facet = facets[contact_facets[k].first];
+      const Facet &facet = facets[contact_facets[k]];
 
       // cheap tests first: distance to the middle of the facet, to its plane, and over it or not
 
-      FacetPlane &g = facet_planes[contact_facets[k].first];
-      if (!g.known) g.set(x[facet.node[0]], x[facet.node[1]], x[facet.node[2]], x[facet.node[3]]);
+      const FacetPlane &g = plane_of(contact_facets[k]);
       const Vec3 del = p - g.mid;
       const double cut = facet.size * (0.5 + EDGE_MARGIN + MAX_DEPTH) + cp.r;
       if (del.squaredNorm() > cut * cut) continue;
@@ -367,6 +390,11 @@ void FixDefe::contact_forces()
         const double beside = 0.8 * std::max(over_xi * g.half_xi, over_eta * g.half_eta) - g.warp;
         const double above = std::max(0.0, height - g.warp);
         if (beside > 0.0 && beside * beside + above * above > cp.r * cp.r) continue;
+      }
+      double facing = cp.area;
+      if (cp.r == 0.0) {
+        facing = facing_area(cp, g.normal);
+        if (facing == 0.0) continue;
       }
       const Vec3 q[4] = {Vec3(x[facet.node[0]]), Vec3(x[facet.node[1]]), Vec3(x[facet.node[2]]),
                          Vec3(x[facet.node[3]])};
@@ -402,7 +430,7 @@ void FixDefe::contact_forces()
       n = direction;
       at = here;
       best = &facet;
-      area = contact_facets[k].second;
+      area = facing;
     }
     if (!best || depth <= 0.0) {
       if (old) {
