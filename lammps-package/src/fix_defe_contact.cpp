@@ -110,7 +110,15 @@ void FixDefe::build_surfaces()
       for (int a = 1; a < 8 && complete; a++) {
         const int j = atom->map(h.node[a]);
         complete = j >= 0;
-        if (complete) e.idx[a] = domain->closest_image(anchor, j);
+        if (!complete) continue;
+        // beside a ghost anchor the right image of a node may be missing: then this is another one
+        e.idx[a] = domain->closest_image(anchor, j);
+        double rsq = 0.0;
+        for (int d = 0; d < 3; d++) {
+          const double del = xframe[e.idx[a]][d] - xframe[anchor][d];
+          rsq += del * del;
+        }
+        complete = rsq < 1.01 * max_diagonal * max_diagonal;
       }
       if (!complete) continue;    // then it is farther away than anything of mine can touch
       for (int i : e.idx) box[h.part].add(atom->x[i]);
