@@ -296,10 +296,8 @@ void FixDefe::convert_marked()
     e.a = h.id;
     e.b = h.part + 1;
     const Vec3 centre = Xe.rowwise().mean();
-    for (int k = 0; k < 3; k++) {
-      e.x[k] = centre[k];
-      e.n[k] = 0.0;
-    }
+    domain->unmap(centre.data(), atom->image[(*o.idx)[0]], e.x);    // never wrapped
+    for (double &n : e.n) n = 0.0;
     e.value = mass;
     record_event(e);
   }

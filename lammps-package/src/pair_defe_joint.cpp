@@ -639,6 +639,8 @@ void PairDefeJoint::event(int d, int s, int what, double value)
     len += e.n[k] * e.n[k];
   }
   for (double &n : e.n) n /= std::sqrt(len);
+  const double frame[3] = {e.x[0], e.x[1], e.x[2]};
+  domain->unmap(frame, atom->image[i], e.x);    // reference positions are never wrapped
   e.value = value;
   fix->record_event(e);
 }
