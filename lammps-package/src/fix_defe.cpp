@@ -494,7 +494,7 @@ void FixDefe::pre_neighbor()
       if (!local_hex(h, i, idx.data())) {
         lost_hex = h.id;
         for (int a = 0; a < 8; a++)
-          if (atom->map(h.node[a]) < 0) lost_node = h.node[a];
+          if (local_of(h.node[a]) < 0) lost_node = h.node[a];
         continue;
       }
       if (h.kernel < 0) {
@@ -542,7 +542,7 @@ void FixDefe::pre_neighbor()
         cell.dX[s].setZero();
         cell.face[s] = Vec3(slot.face);
         if (slot.kind == DefeJoint::DE && slot.state != DefeJoint::CONTACT) {
-          const int j = domain->closest_image(i, atom->map(slot.other));
+          const int j = domain->closest_image(i, local_of(slot.other));
           if (j < 0)
             error->one(FLERR,
                        "DE {} is joined to DE {}, which is missing on proc {} at step {}: it was "
@@ -602,13 +602,13 @@ void FixDefe::pre_neighbor()
         if (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT) continue;
         jt.len[d][s] = cell.dX[s].norm();
         if (slot.kind == DefeJoint::DE) {
-          const int j = domain->closest_image(i, atom->map(slot.other));
+          const int j = domain->closest_image(i, local_of(slot.other));
           jt.nb[d][s] = j;
           if (jt.of_atom[j] >= 0) jt.partner[d][s] = 6 * jt.of_atom[j] + slot.partner;
         } else {
           std::array<int, 4> node;
           for (int k = 0; k < 4; k++) {
-            node[k] = domain->closest_image(i, atom->map(slot.face_node[k]));
+            node[k] = domain->closest_image(i, local_of(slot.face_node[k]));
             if (node[k] < 0)
               error->one(FLERR, "Node {} of the face that DE {} is tied to is missing at step {}",
                          slot.face_node[k], atom->tag[i], update->ntimestep);
@@ -660,6 +660,16 @@ void FixDefe::JointTable::clear()
 }
 
 /* ----------------------------------------------------------------------
+   index of an atom, -1 if it is not here. Atom::map() itself must not be asked for IDs
+   above the largest one, which an atom that was deleted may have had.
+------------------------------------------------------------------------- */
+
+int FixDefe::local_of(tagint tag) const
+{
+  return (tag > 0 && tag <= atom->map_tag_max) ? atom->map(tag) : -1;
+}
+
+/* ----------------------------------------------------------------------
    local indices of an element's nodes, the images closest to its first node
 ------------------------------------------------------------------------- */
 
@@ -676,7 +686,7 @@ bool FixDefe::local_hex(const HexRecord &h, int anchor, int *idx) const
 {
   idx[0] = anchor;
   for (int a = 1; a < 8; a++) {
-    const int j = atom->map(h.node[a]);
+    const int j = local_of(h.node[a]);
     if (j < 0) return false;
     idx[a] = domain->closest_image(anchor, j);
   }
@@ -952,7 +962,7 @@ void FixDefe::mark_elements()
 void FixDefe::centre_stress(const HexRecord &h, double *centre, double *stress6, double &s1) const
 {
   int idx[8];
-  int anchor = atom->map(h.node[0]);
+  int anchor = local_of(h.node[0]);
   for (int k = 0; k < 3; k++) centre[k] = 0.0;
   for (int k = 0; k < 6; k++) stress6[k] = 0.0;
   s1 = 0.0;

@@ -352,6 +352,7 @@ class FixDefe : public Fix {
   void keep_motion();
   void continue_with_kept_forces();
 
+  int local_of(tagint) const;
   void update_maxexchange();
   int pack_record(int, double *) const;
   int unpack_record(int, const double *);

@@ -108,7 +108,7 @@ void FixDefe::build_surfaces()
       e.idx[0] = anchor;
       bool complete = true;
       for (int a = 1; a < 8 && complete; a++) {
-        const int j = atom->map(h.node[a]);
+        const int j = local_of(h.node[a]);
         complete = j >= 0;
         if (!complete) continue;
         // beside a ghost anchor the right image of a node may be missing: then this is another one

@@ -476,7 +476,7 @@ void FixDefe::read_data_section(char * /*keyword*/, int n, char *buf, tagint id_
                  e.what());
     }
     if (hexid <= 0) error->all(FLERR, "Line '{}' of section Hexes: element ID must be > 0", line);
-    const int i = atom->map(node[0]);
+    const int i = local_of(node[0]);
     if (i >= 0 && i < atom->nlocal) add_hex(i, hexid, part, node);
   }
   if (read != n)
