@@ -39,6 +39,9 @@ std::vector<double> CreateHexes::lines(int &iarg, int narg, char **arg, const ch
     if (!(to > from) || !std::isfinite(to))
       error->all(FLERR, "Command create_hexes {}: segment from {} to {} must go up", axis, from,
                  to);
+    if (static_cast<bigint>(x.size()) + n > MAXTAGINT / 4)
+      error->all(FLERR, "Command create_hexes {}: too many nodes for the atom IDs of this LAMMPS",
+                 axis);
     for (int k = 1; k <= n; k++)
       x.push_back(k == n ? to : from + (to - from) * (static_cast<double>(k) / n));
     iarg += 2;

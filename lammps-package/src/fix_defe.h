@@ -221,9 +221,10 @@ class FixDefe : public Fix {
   std::vector<char> is_de;    // owned and ghost
   bool mesh_dirty = false;
   bool reading = false;
-  bigint nhex_header = 0;
-  tagint de_base = 0;         // DE k of element e has the ID de_base + 8 (e - 1) + k + 1
-  tagint last_element = 0;    // largest element ID of the mesh
+  bigint nhex_header = 0;      // of the data file that is read
+  bigint hexes_awaited = 0;    // announced by a header, section not met yet
+  tagint de_base = 0;          // DE k of element e has the ID de_base + 8 (e - 1) + k + 1
+  tagint last_element = 0;     // largest element ID of the mesh
   bigint hexes_total = 0, nodes_total = 0;
   double mass_total = 0.0;
   double max_step_length = 0.0;    // a quarter of the shortest edge
@@ -353,6 +354,7 @@ class FixDefe : public Fix {
   void continue_with_kept_forces();
 
   int local_of(tagint) const;
+  void require_hex_section();
   void update_maxexchange();
   int pack_record(int, double *) const;
   int unpack_record(int, const double *);

@@ -107,6 +107,7 @@ void FixDefe::build_topology()
   reading = false;
   int mine = mesh_dirty ? 1 : 0, dirty = 0;
   MPI_Allreduce(&mine, &dirty, 1, MPI_INT, MPI_MAX, world);
+  require_hex_section();
   if (!dirty) return;
   mesh_dirty = false;
   if (des_total > 0) error->all(FLERR, "Fix defe: all meshes must be made before elements convert");
@@ -170,7 +171,16 @@ void FixDefe::build_topology()
       }
     auto asked = route(lmp, requests, proc);
     std::unordered_map<tagint, int> where;
-    for (size_t k = 0; k < here.size(); k++) where[here[k].tag] = static_cast<int>(k);
+    for (size_t k = 0; k < here.size(); k++) {
+      const auto first = where.emplace(here[k].tag, static_cast<int>(k));
+      if (first.second) continue;
+      const auto &a = here[first.first->second];
+      const auto &b = here[k];
+      error->one(FLERR,
+                 "Atom ID {} is used twice, at {:.8g} {:.8g} {:.8g} and {:.8g} {:.8g} {:.8g}: IDs "
+                 "of nodes must be unique",
+                 b.tag, a.x[0], a.x[1], a.x[2], b.x[0], b.x[1], b.x[2]);
+    }
     std::vector<NodeReply> replies;
     proc.clear();
     for (const auto &r : asked) {
@@ -215,6 +225,14 @@ void FixDefe::build_topology()
                      "Element {} of part {} has node {} twice: wedges and tetrahedra written as "
                      "hexahedra are not supported",
                      mesh[e]->id, p.name, mesh[e]->node[a]);
+    for (int k = 0; k < 3; k++) {
+      const double extent = X[e].row(k).maxCoeff() - X[e].row(k).minCoeff();
+      if (domain->periodicity[k] && extent > 0.5 * domain->prd[k])
+        error->one(FLERR,
+                   "Element {} of part {} is {:.6g} long in {}, more than half of the periodic box "
+                   "({:.6g}): make the box larger, or give the nodes' image flags in the data file",
+                   mesh[e]->id, p.name, extent, "xyz"[k], domain -> prd[k]);
+    }
     const auto check = defe::fe::check_hex(X[e]);
     if (check.verdict == defe::fe::HexCheck::bad)
       error->one(FLERR, "Part {}: {}", p.name,
@@ -425,15 +443,19 @@ void FixDefe::build_topology()
 
 void FixDefe::read_data_header(char *line)
 {
+  bigint n = 0;
   try {
     ValueTokenizer values(line);
-    nhex_header = values.next_bigint();
-    if (values.next_string() != "hexes") throw TokenizerException("must end in 'hexes'", line);
+    n = values.next_bigint();
+    if (values.next_string() != "hexes" || values.has_next())
+      throw TokenizerException("needed: N hexes", "");
   } catch (std::exception &e) {
     error->all(FLERR, "Fix defe cannot read the header line '{}' of the data file: {}",
                utils::trim(line), e.what());
   }
-  if (nhex_header < 0) error->all(FLERR, "Data file has a negative number of hexes");
+  if (n < 0) error->all(FLERR, "Data file has a negative number of hexes: {}", n);
+  require_hex_section();
+  nhex_header = hexes_awaited = n;
 
   // set_arrays comes after the sections: it must keep what they brought. Slots above nlocal may
   // hold leftovers of atoms that moved away.
@@ -447,29 +469,50 @@ void FixDefe::read_data_header(char *line)
 
 bigint FixDefe::read_data_skip_lines(char * /*keyword*/)
 {
+  hexes_awaited = 0;    // the section is there; LAMMPS counts its lines
   return nhex_header;
+}
+
+/* ----------------------------------------------------------------------
+   LAMMPS takes a file that ends before a section for complete
+------------------------------------------------------------------------- */
+
+void FixDefe::require_hex_section()
+{
+  if (hexes_awaited > 0)
+    error->all(FLERR, "Data file announced {} hexes, but had no section Hexes: was the file cut?",
+               hexes_awaited);
 }
 
 void FixDefe::read_data_section(char * /*keyword*/, int n, char *buf, tagint id_offset)
 {
   mesh_dirty = true;
-  auto lines = utils::split_lines(buf);
-  int read = 0;
-  for (const auto &raw : lines) {
+  std::vector<std::string> lines;
+  std::vector<int> mine, found(n, 0);    // how many ranks own each element's first node
+  for (const auto &raw : utils::split_lines(buf)) {
     const auto line = utils::trim(utils::trim_comment(raw));
     if (line.empty()) continue;
-    read++;
-    tagint hexid, node[8];
+    if (static_cast<int>(lines.size()) == n)
+      error->all(FLERR, "Section Hexes of the data file has more than {} lines: '{}'", n, line);
+    tagint hexid = 0, node[8];
     int part = -1;
     try {
       ValueTokenizer values(line);
       hexid = values.next_tagint();
       auto name = values.next_string();
       part = find_part(name);
-      if (part < 0 && utils::is_integer(name)) part = std::stoi(name) - 1;
-      if (part < 0 || part >= static_cast<int>(parts.size()))
-        throw TokenizerException("unknown part", name);
-      for (tagint &a : node) a = values.next_tagint() + id_offset;
+      if (part < 0 && utils::is_integer(name)) {
+        const bigint number = ValueTokenizer(name).next_bigint();
+        if (number >= 1 && number <= static_cast<bigint>(parts.size()))
+          part = static_cast<int>(number) - 1;
+      }
+      if (part < 0) throw TokenizerException("unknown part", name);
+      for (tagint &a : node) {
+        const bigint tag = static_cast<bigint>(values.next_tagint()) + id_offset;
+        if (tag <= 0 || tag > MAXTAGINT)
+          throw TokenizerException("no node can have the ID", std::to_string(tag));
+        a = static_cast<tagint>(tag);
+      }
       if (values.has_next()) throw TokenizerException("too many items", "");
     } catch (std::exception &e) {
       error->all(FLERR, "Line '{}' of section Hexes: {}; needed: ID part and 8 node IDs", line,
@@ -477,10 +520,19 @@ void FixDefe::read_data_section(char * /*keyword*/, int n, char *buf, tagint id_
     }
     if (hexid <= 0) error->all(FLERR, "Line '{}' of section Hexes: element ID must be > 0", line);
     const int i = local_of(node[0]);
-    if (i >= 0 && i < atom->nlocal) add_hex(i, hexid, part, node);
+    mine.push_back(i >= 0 && i < atom->nlocal ? 1 : 0);
+    if (mine.back()) add_hex(i, hexid, part, node);
+    lines.push_back(line);
   }
-  if (read != n)
-    error->all(FLERR, "Section Hexes of the data file ends early: {} of {} lines", read, n);
+  if (static_cast<int>(lines.size()) != n)
+    error->all(FLERR, "Section Hexes of the data file ends early: {} of {} lines", lines.size(), n);
+  MPI_Allreduce(mine.data(), found.data(), n, MPI_INT, MPI_SUM, world);
+  for (int k = 0; k < n; k++)
+    if (found[k] != 1)
+      error->all(FLERR,
+                 "Line '{}' of section Hexes: its first node {}; section Hexes must follow the "
+                 "nodes",
+                 lines[k], found[k] ? "exists more than once" : "does not exist");
 }
 
 /* ---------------------------------------------------------------------- */
