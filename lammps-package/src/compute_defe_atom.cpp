@@ -99,7 +99,7 @@ void ComputeDefeAtom::compute_peratom()
       for (const auto &h : fix->hexes_of(i)) {
         double centre[3], s[6], s1;
         int idx[8];
-        if (fix->material_of(fix->parts[h.part]).rigid) continue;
+        if (fix->material_of(fix->parts[h.part]).rigid()) continue;
         if (!fix->local_hex(h, i, idx)) continue;
         fix->centre_stress(h, centre, s, s1);
         for (int a : idx) {

@@ -11,6 +11,7 @@
 
 #include "defe/coupling/shielding.h"
 
+#include <memory>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -22,12 +23,24 @@ struct HexPod {
   tagint nb[6];             // element behind each face: > 0 finite, 0 free surface, < 0 converted
   signed char nbface[6];    // the face seen from that element
   signed char nbrot[6];     // position, on that face, of the first node of ours
+  signed char marked;       // it converts at FixDefe::convert_step
   int part;                 // index into FixDefe::parts
 };
 
-struct HexRecord : HexPod {
-  int kernel = -1;                      // index into FixDefe::kernels, -1 = look it up again
+/** What only some elements have. */
+struct HexExtra {
   std::vector<defe::Shield> shields;    // recent conversions beside it
+  std::vector<double> history;          // of its material, see defe::fe::HexKernel
+};
+
+struct HexRecord : HexPod {
+  int kernel = -1;    // index into FixDefe::kernels, -1 = look it up again
+  std::unique_ptr<HexExtra> extra;
+  HexExtra &with_extra()
+  {
+    if (!extra) extra = std::make_unique<HexExtra>();
+    return *extra;
+  }
 };
 
 namespace DefeJoint {

@@ -33,7 +33,7 @@ using defe::Mat3;
 using defe::Vec3;
 using defe::fe::HexCoords;
 
-static constexpr int SIZE_VECTOR = 25;
+static constexpr int SIZE_VECTOR = 26;
 static constexpr int FLUSH_EVERY = 1000;    // steps between writes of the event file
 
 static constexpr int doubles(size_t bytes)
@@ -73,7 +73,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   stores_ids = 1;
   maxexchange_dynamic = 1;
   comm_forward = FORWARD_SIZE;
-  comm_reverse = 2;
+  comm_reverse = 3;
   wd_header = 1;
   wd_section = 1;
   thermo_energy = 1;
@@ -118,25 +118,12 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
       m.name = arg[iarg + 1];
       if (material_index(m.name) >= 0)
         error->all(FLERR, "Fix defe material {} is defined twice", m.name);
-      const std::string law = arg[iarg + 2];
-      if (law == "elastic") {
-        need(6, "material NAME elastic E nu rho");
-        m.elastic.E = utils::numeric(FLERR, arg[iarg + 3], false, lmp);
-        m.elastic.nu = utils::numeric(FLERR, arg[iarg + 4], false, lmp);
-        m.elastic.rho = utils::numeric(FLERR, arg[iarg + 5], false, lmp);
-        auto complaint = m.elastic.validate();
-        if (!complaint.empty()) error->all(FLERR, "Fix defe material {}: {}", m.name, complaint);
-        iarg += 6;
-      } else if (law == "rigid") {
-        need(4, "material NAME rigid rho");
-        m.rigid = true;
-        m.elastic.rho = utils::numeric(FLERR, arg[iarg + 3], false, lmp);
-        if (!(m.elastic.rho > 0.0) || !std::isfinite(m.elastic.rho))
-          error->all(FLERR, "Fix defe material {}: density must be > 0, not {}", m.name,
-                     arg[iarg + 3]);
-        iarg += 4;
-      } else
-        error->all(FLERR, "Unknown fix defe material law {}: use elastic or rigid", law);
+      const auto parsed =
+          defe::fe::parse_material(std::vector<std::string>(arg + iarg + 2, arg + narg));
+      if (!parsed.complaint.empty())
+        error->all(FLERR, "Fix defe material {}: {}", m.name, parsed.complaint);
+      m.law = parsed.law;
+      iarg += 2 + parsed.used;
       materials.push_back(m);
       add_part(m.name, static_cast<int>(materials.size()) - 1);
 
@@ -155,8 +142,14 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
       const int ip = find_part(arg[iarg + 1]);
       if (ip < 0) error->all(FLERR, "Fix defe convert: unknown part {}", arg[iarg + 1]);
       Part &p = parts[ip];
-      if (material_of(p).rigid)
+      if (material_of(p).rigid())
         error->all(FLERR, "Fix defe convert: part {} is rigid and cannot convert", p.name);
+      if (!material_of(p).law->linear())
+        error->all(
+            FLERR,
+            "Fix defe convert: part {} cannot convert: DEs have the law elastic, its material "
+            "{} has another one",
+            p.name, material_of(p).name);
       p.convertible = true;
       p.group = group->find("all");
       p.stress = utils::numeric(FLERR, arg[iarg + 2], false, lmp);
@@ -230,6 +223,13 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
         error->all(FLERR, "Fix defe kernel must be auto or lagrangian, not {}", arg[iarg + 1]);
       iarg += 2;
 
+    } else if (key == "every") {
+      need(2, "every");
+      fe_every = utils::inumeric(FLERR, arg[iarg + 1], false, lmp);
+      if (fe_every < 1)
+        error->all(FLERR, "Fix defe every must be at least 1 step, not {}", fe_every);
+      iarg += 2;
+
     } else if (key == "check") {
       need(2, "check");
       checking = utils::logical(FLERR, arg[iarg + 1], false, lmp);
@@ -243,15 +243,15 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
     } else
       error->all(FLERR,
                  "Unknown fix defe keyword {}: use material, part, convert, contact, shield, "
-                 "stress, kernel, check or events",
+                 "stress, kernel, every, check or events",
                  key);
   }
 
   if (materials.empty()) error->all(FLERR, "Fix defe needs at least one material");
   for (const auto &p : parts) {
-    const auto &e = material_of(p).elastic;
-    corner_moduli.push_back(material_of(p).rigid ? defe::CornerModuli{0.0, 0.0}
-                                                 : defe::CornerModuli{e.lambda(), e.mu()});
+    const auto &e = material_of(p).elastic();
+    corner_moduli.push_back(material_of(p).rigid() ? defe::CornerModuli{0.0, 0.0}
+                                                   : defe::CornerModuli{e.lambda(), e.mu()});
   }
   de_radius_max.assign(atom->ntypes + 1, 0.0);
 
@@ -369,11 +369,13 @@ void FixDefe::init()
     comm->cutghostuser = cut;
   }
 
-  if (dt_finite > 0.0 && update->dt > dt_finite && update->whichflag == 1)
-    error->all(FLERR,
-               "Time step {} is above the stable step of the finite elements {:.6g}: use a smaller "
-               "timestep",
-               update->dt, dt_finite);
+  if (dt_finite > 0.0 && fe_every * update->dt > dt_finite && update->whichflag == 1)
+    error->all(
+        FLERR,
+        "Time step {}{} is above the stable step of the finite elements {:.6g}: use a smaller "
+        "timestep{}",
+        update->dt, fe_every > 1 ? fmt::format(" times every {}", fe_every) : "", dt_finite,
+        fe_every > 1 ? " or every" : "");
 
   if (any_convertible && dt_discrete > 0.0 && update->dt > dt_discrete && update->whichflag == 1 &&
       comm->me == 0)
@@ -413,7 +415,6 @@ void FixDefe::setup_pre_exchange()
   make_ghosts_for_setup();
   pre_neighbor();
 
-  marked.clear();
   for (auto &b : batches) {
     if (!b.convertible) continue;
     for (size_t e = 0; e < b.hex.size(); e++) {
@@ -430,7 +431,7 @@ void FixDefe::setup_pre_exchange()
         domain->remap(c);
         in = region->match(c[0], c[1], c[2]) != 0;
       }
-      if (in) marked.push_back(b.hex[e]);
+      b.hex[e]->marked = in;
     }
   }
   convert_marked();
@@ -510,12 +511,17 @@ void FixDefe::pre_neighbor()
         batch_of[h.kernel] = b;
         batches.emplace_back();
         batches[b].kernel = h.kernel;
-        batches[b].rigid = material_of(parts[h.part]).rigid;
+        batches[b].rigid = material_of(parts[h.part]).rigid();
         batches[b].convertible = parts[h.part].convertible;
       } else
         b = found->second;
       batches[b].node.push_back(idx);
       batches[b].hex.push_back(&h);
+      if (kernels[h.kernel].history > 0) {
+        auto &history = h.with_extra().history;
+        history.resize(kernels[h.kernel].history, 0.0);
+        batches[b].history.push_back(history.data());
+      }
     }
   }
   if (lost_hex)
@@ -701,21 +707,21 @@ bool FixDefe::local_hex(const HexRecord &h, int anchor, int *idx) const
 int FixDefe::kernel_of(int part, const HexCoords &X)
 {
   const Material &m = material_of(parts[part]);
-  const bool box = !m.rigid && !force_lagrangian && defe::fe::is_box(X);
+  const bool shape = !m.rigid() && !force_lagrangian && m.law->has_shape_kernel(X);
   for (size_t k = 0; k < kernels.size(); k++) {
     if (kernels[k].part != part) continue;
-    if (m.rigid) return static_cast<int>(k);
-    const bool lagrangian = kernels[k].kernel->uses_reference();
-    if (lagrangian != !box) continue;
-    if (lagrangian || defe::fe::congruent(kernels[k].shape, X)) return static_cast<int>(k);
+    if (m.rigid()) return static_cast<int>(k);
+    if (kernels[k].of_shape != shape) continue;
+    if (!shape || defe::fe::congruent(kernels[k].shape, X)) return static_cast<int>(k);
   }
   Kernel k;
   k.part = part;
+  k.of_shape = shape;
   k.shape = X;
-  if (box)
-    k.kernel = std::make_unique<defe::fe::BrickKernel>(X, m.elastic);
-  else if (!m.rigid)
-    k.kernel = std::make_unique<defe::fe::LagrangianKernel>(m.elastic);
+  if (!m.rigid()) {
+    k.kernel = shape ? m.law->make_shape_kernel(X) : m.law->make_kernel();
+    k.history = k.kernel->history_size();
+  }
   kernels.push_back(std::move(k));
   return static_cast<int>(kernels.size()) - 1;
 }
@@ -736,6 +742,34 @@ void FixDefe::pre_reverse(int /*eflag*/, int vflag)
   vector_step = -1;    // minimisers evaluate forces many times in a step
   for (double &v : virial_fe) v = 0.0;
 
+  if (fe_every == 1 || update->whichflag == 2) {
+    evaluate_finite(&atom->f[0][0], update->setupflag ? 0.0 : since_history);
+  } else if (fe_clock == 0 || vflag_global) {
+
+    // two clocks: the elements' forces act every m-th step only, and then m-fold (the impulse method
+    // of Grubmueller et al. 1991 and Tuckerman et al. 1992). The two half kicks of velocity Verlet
+    // around that step make it symmetric.
+
+    const size_t n = 3 * (static_cast<size_t>(atom->nlocal) + atom->nghost);
+    scratch.assign(n + 3, 0.0);
+    evaluate_finite(scratch.data(), fe_clock || update->setupflag ? 0.0 : since_history);
+    if (fe_clock == 0 && n) {
+      double *f = &atom->f[0][0];
+      for (size_t k = 0; k < n; k++) f[k] += fe_every * scratch[k];
+    }
+  }
+  if (contact_factor > 0.0) contact_forces();
+  if (vflag_global)
+    for (int k = 0; k < 6; k++) virial[k] += virial_fe[k];
+}
+
+/* ----------------------------------------------------------------------
+   forces of all elements of this rank, added to f; bounds of their stress
+   material histories are advanced by history_step (0 = not)
+------------------------------------------------------------------------- */
+
+void FixDefe::evaluate_finite(double *f, double history_step)
+{
   int inverted = -1;
   for (auto &b : batches) {
     if (b.rigid || b.node.empty()) continue;
@@ -743,11 +777,16 @@ void FixDefe::pre_reverse(int /*eflag*/, int vflag)
     if (b.convertible) out.stress_bound = b.bound.data();
     out.bound_at_gauss_points = gauss_stress;
     if (vflag_global) out.virial = virial_fe;
+    if (!b.history.empty()) {
+      out.history = b.history.data();
+      out.dt = history_step;
+      out.dissipation = &ledger.viscous;
+    }
     out.inverted = &inverted;
     inverted = -1;
     kernels[b.kernel].kernel->add_forces(static_cast<int>(b.node.size()),
                                          reinterpret_cast<const int(*)[8]>(b.node.data()),
-                                         &atom->x[0][0], &xframe[0][0], &atom->f[0][0], out);
+                                         &atom->x[0][0], &xframe[0][0], f, out);
     if (inverted >= 0) {
       const HexRecord &h = *b.hex[inverted];
       const double *x = atom->x[b.node[inverted][0]];
@@ -757,9 +796,7 @@ void FixDefe::pre_reverse(int /*eflag*/, int vflag)
                  h.id, parts[h.part].name, update->ntimestep, x[0], x[1], x[2]);
     }
   }
-  if (contact_factor > 0.0) contact_forces();
-  if (vflag_global)
-    for (int k = 0; k < 6; k++) virial[k] += virial_fe[k];
+  if (history_step > 0.0) since_history = 0.0;
 }
 
 /* ----------------------------------------------------------------------
@@ -864,6 +901,8 @@ void FixDefe::initial_integrate(int /*vflag*/)
   if (after_setup) external_power = power_of_others();
   after_setup = false;
   ledger.external += 0.5 * update->dt * external_power;
+  fe_clock = (fe_clock + 1) % fe_every;
+  since_history += update->dt;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -873,7 +912,33 @@ void FixDefe::setup(int vflag)
   after_setup = true;
   continue_with_kept_forces();
   post_force(vflag);
-  mark_elements();
+
+  // between two evaluations of the elements, those that were marked then stay so
+
+  if (fe_clock == 0) {
+    for (auto &b : batches)
+      if (b.convertible)
+        for (auto *h : b.hex) h->marked = 0;
+    mark_elements();
+  } else {
+    int mine = 0, any = 0;
+    for (const auto &b : batches)
+      if (b.convertible)
+        for (const auto *h : b.hex) mine = mine || h->marked;
+    MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+    if (any) schedule_conversion((fe_every + 1) / 2 - fe_clock);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   half of the impulse of m steps is still to come when elements are marked: they convert when
+   their forces have ended
+------------------------------------------------------------------------- */
+
+void FixDefe::schedule_conversion(int steps)
+{
+  convert_step = update->ntimestep + steps;
+  next_reneighbor = convert_step;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -886,7 +951,7 @@ void FixDefe::end_of_step()
   ledger.external += 0.5 * update->dt * external_power;
   if (kept_step == update->ntimestep) keep_motion();
 
-  mark_elements();
+  if (fe_clock == 0) mark_elements();
   vector_step = -1;
   if (update->ntimestep % FLUSH_EVERY == 0) flush_events();
 }
@@ -905,7 +970,7 @@ void FixDefe::post_run()
 void FixDefe::mark_elements()
 {
   const double time = now();
-  marked.clear();
+  int mine = 0, any = 0;
   for (auto &b : batches) {
     if (!b.convertible) continue;
     const Part &p = parts[kernels[b.kernel].part];
@@ -930,9 +995,9 @@ void FixDefe::mark_elements()
       } else
         s1 = defe::fe::max_principal(kernel.stress(x, X, Vec3::Zero()), direction);
       if (!(s1 > p.stress)) continue;
-      if (shield && !h.shields.empty()) {
+      if (shield && h.extra && !h.extra->shields.empty()) {
         const double tau = p.shield_time;
-        auto &list = h.shields;
+        auto &list = h.extra->shields;
         for (size_t k = 0; k < list.size();)
           if (time - list[k].time >= tau || list[k].time > time) {    // or the clock was set back
             list[k] = list.back();
@@ -943,16 +1008,13 @@ void FixDefe::mark_elements()
                            static_cast<int>(list.size())))
           continue;
       }
-      marked.push_back(&h);
+      h.marked = 1;
+      mine = 1;
     }
   }
 
-  int mine = marked.empty() ? 0 : 1, any = 0;
   MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
-  if (any) {
-    convert_step = update->ntimestep + 1;
-    next_reneighbor = convert_step;
-  }
+  if (any) schedule_conversion((fe_every + 1) / 2);
 }
 
 /* ----------------------------------------------------------------------
@@ -970,8 +1032,10 @@ void FixDefe::centre_stress(const HexRecord &h, double *centre, double *stress6,
   HexCoords x, X;
   hex_coords(idx, x, X);
   for (int k = 0; k < 3; k++) centre[k] = x.row(k).mean();
-  if (material_of(parts[h.part]).rigid || h.kernel < 0) return;
-  const Mat3 s = kernels[h.kernel].kernel->stress(x, X, Vec3::Zero());
+  if (material_of(parts[h.part]).rigid() || h.kernel < 0) return;
+  const bool virgin = !h.extra || h.extra->history.empty();
+  const Mat3 s = kernels[h.kernel].kernel->stress(x, X, Vec3::Zero(),
+                                                  virgin ? nullptr : h.extra->history.data());
   stress6[0] = s(0, 0);
   stress6[1] = s(1, 1);
   stress6[2] = s(2, 2);
@@ -1045,6 +1109,7 @@ void FixDefe::add_hex(int i, tagint hexid, int part, const tagint *nodes)
     h.nb[f] = 0;
     h.nbface[f] = h.nbrot[f] = 0;
   }
+  h.marked = 0;
   hexes[i].push_back(std::move(h));
   mesh_dirty = true;
 }
@@ -1067,7 +1132,10 @@ int FixDefe::record_size(int i) const
   int n = RECORD_SIZE;
   if (de[i]) n += DE_SIZE;
   n += TOUCH_SIZE * static_cast<int>(touch[i].size());
-  for (const auto &h : hexes[i]) n += HEX_SIZE + 1 + 4 * static_cast<int>(h.shields.size());
+  for (const auto &h : hexes[i]) {
+    n += HEX_SIZE + 2;
+    if (h.extra) n += static_cast<int>(4 * h.extra->shields.size() + h.extra->history.size());
+  }
   return n;
 }
 
@@ -1090,11 +1158,14 @@ int FixDefe::pack_record(int i, double *buf) const
   for (const auto &h : hexes[i]) {
     memcpy(static_cast<void *>(&buf[m]), static_cast<const HexPod *>(&h), sizeof(HexPod));
     m += HEX_SIZE;
-    buf[m++] = ubuf(static_cast<int>(h.shields.size())).d;
-    for (const auto &s : h.shields) {
+    buf[m++] = ubuf(h.extra ? static_cast<int>(h.extra->shields.size()) : 0).d;
+    buf[m++] = ubuf(h.extra ? static_cast<int>(h.extra->history.size()) : 0).d;
+    if (!h.extra) continue;
+    for (const auto &s : h.extra->shields) {
       for (int k = 0; k < 3; k++) buf[m++] = s.direction[k];
       buf[m++] = s.time;
     }
+    for (double q : h.extra->history) buf[m++] = q;
   }
   buf[0] = m;
   return m;
@@ -1124,11 +1195,16 @@ int FixDefe::unpack_record(int i, const double *buf)
     memcpy(static_cast<void *>(static_cast<HexPod *>(&h)), &buf[m], sizeof(HexPod));
     m += HEX_SIZE;
     const int ns = static_cast<int>(ubuf(buf[m++]).i);
+    const int nhistory = static_cast<int>(ubuf(buf[m++]).i);
     for (int s = 0; s < ns; s++) {
       defe::Shield sh;
       for (int k = 0; k < 3; k++) sh.direction[k] = buf[m++];
       sh.time = buf[m++];
-      h.shields.push_back(sh);
+      h.with_extra().shields.push_back(sh);
+    }
+    if (nhistory) {
+      h.with_extra().history.assign(buf + m, buf + m + nhistory);
+      m += nhistory;
     }
     hexes[i].push_back(std::move(h));
   }
@@ -1185,27 +1261,31 @@ int FixDefe::maxsize_restart()
 
 namespace {
 struct GlobalState {
-  double ledger[7];
+  double ledger[8];
   bigint des_total, hexes_total, conversions_total;
   tagint de_base, last_element;
   int start_done, hexes_per_node;
   double dt_finite, dt_discrete, max_diagonal, first_conversion, first_damage;
   bigint nodes_total, des_gone, kept_step, kept_natoms;
-  double mass_total, mass_gone, max_step_length;
+  int fe_every, fe_clock;
+  double since_history, mass_total, mass_gone, max_step_length;
 };
 }    // namespace
 
 void FixDefe::write_restart(FILE *fp)
 {
-  double mine[7] = {ledger.fracture,    ledger.release,      ledger.damping, ledger.friction,
-                    ledger.conv_strain, ledger.conv_kinetic, ledger.external};
+  double mine[8] = {ledger.fracture,    ledger.release,      ledger.damping,  ledger.friction,
+                    ledger.conv_strain, ledger.conv_kinetic, ledger.external, ledger.viscous};
   GlobalState g;
-  MPI_Reduce(mine, g.ledger, 7, MPI_DOUBLE, MPI_SUM, 0, world);
+  MPI_Reduce(mine, g.ledger, 8, MPI_DOUBLE, MPI_SUM, 0, world);
   MPI_Reduce(&mass_gone, &g.mass_gone, 1, MPI_DOUBLE, MPI_SUM, 0, world);
   MPI_Reduce(&des_gone, &g.des_gone, 1, MPI_LMP_BIGINT, MPI_SUM, 0, world);
   g.nodes_total = nodes_total;
   g.mass_total = mass_total;
   g.max_step_length = max_step_length;
+  g.fe_every = fe_every;
+  g.fe_clock = fe_clock;
+  g.since_history = since_history;
   g.kept_step = kept_step;
   g.kept_natoms = kept_natoms;
   g.des_total = des_total;
@@ -1266,9 +1346,18 @@ void FixDefe::restart(char *buf)
     ledger.conv_strain = g.ledger[4];
     ledger.conv_kinetic = g.ledger[5];
     ledger.external = g.ledger[6];
+    ledger.viscous = g.ledger[7];
     mass_gone = g.mass_gone;
     des_gone = g.des_gone;
   }
+  if (g.fe_clock != 0 && g.fe_every != fe_every)
+    error->all(
+        FLERR,
+        "Fix defe in the restart file had every {}, now every {}: change it only at a step at "
+        "which both clocks meet (a multiple of {})",
+        g.fe_every, fe_every, g.fe_every);
+  fe_clock = g.fe_clock;
+  since_history = g.since_history;
   nodes_total = g.nodes_total;
   mass_total = g.mass_total;
   max_step_length = g.max_step_length;
@@ -1375,6 +1464,11 @@ void FixDefe::unpack_forward_comm(int n, int first, double *buf)
 int FixDefe::pack_reverse_comm(int n, int first, double *buf)
 {
   int m = 0;
+  if (comm_mode == FINITE) {
+    const int size = 3 * n;
+    if (n) memcpy(buf, &scratch[3 * static_cast<size_t>(first)], size * sizeof(double));
+    return size;
+  }
   for (int i = first; i < first + n; i++) {
     buf[m++] = loss_mass[i];
     buf[m++] = loss_count[i];
@@ -1385,6 +1479,11 @@ int FixDefe::pack_reverse_comm(int n, int first, double *buf)
 void FixDefe::unpack_reverse_comm(int n, int *list, double *buf)
 {
   int m = 0;
+  if (comm_mode == FINITE) {
+    for (int ii = 0; ii < n; ii++)
+      for (int k = 0; k < 3; k++) scratch[3 * static_cast<size_t>(list[ii]) + k] += buf[m++];
+    return;
+  }
   for (int ii = 0; ii < n; ii++) {
     loss_mass[list[ii]] += buf[m++];
     loss_count[list[ii]] += static_cast<int>(std::lround(buf[m++]));

@@ -18,8 +18,8 @@ FixStyle(defe,FixDefe);
 #include "defe_records.h"
 
 #include "defe/coupling/corner_strain.h"
-#include "defe/fe/elastic.h"
 #include "defe/fe/kernel.h"
+#include "defe/fe/material_law.h"
 
 #include <array>
 #include <map>
@@ -86,8 +86,10 @@ class FixDefe : public Fix {
 
   struct Material {
     std::string name;
-    bool rigid = false;
-    defe::fe::IsotropicElastic elastic{0.0, 0.0, 0.0};
+    std::shared_ptr<const defe::fe::MaterialLaw> law;
+    bool rigid() const { return law->rigid(); }
+    /** Density, and moduli of small and fast deformation. */
+    const defe::fe::IsotropicElastic &elastic() const { return law->elastic(); }
   };
 
   struct Part {
@@ -160,6 +162,7 @@ class FixDefe : public Fix {
     double release = 0.0;     // rest of what joints release when they break
     double damping = 0.0;     // restitution
     double friction = 0.0;
+    double viscous = 0.0;         // of viscoelastic materials
     double conv_strain = 0.0;     // lost (+) or gained (-) at conversions
     double conv_kinetic = 0.0;    // same
     double external = 0.0;        // work of all other forces
@@ -201,6 +204,7 @@ class FixDefe : public Fix {
   bool shield = true;
   bool gauss_stress = false;
   bool force_lagrangian = false;
+  int fe_every = 1;         // finite element forces are evaluated at every so many steps
 #if defined(NDEBUG) && !defined(DEFE_CHECK)
   bool checking = false;    // of all records after every reneighbouring
 #else
@@ -239,6 +243,8 @@ class FixDefe : public Fix {
   struct Kernel {
     std::unique_ptr<defe::fe::HexKernel> kernel;
     int part;
+    bool of_shape = false;    // for elements congruent to `shape` only
+    int history = 0;          // doubles per element
     defe::fe::HexCoords shape;
   };
   std::vector<Kernel> kernels;
@@ -248,6 +254,7 @@ class FixDefe : public Fix {
     std::vector<std::array<int, 8>> node;
     std::vector<HexRecord *> hex;
     std::vector<double> bound;
+    std::vector<double *> history;    // empty if the material has none
   };
   std::vector<Batch> batches;
   int kernel_of(int part, const defe::fe::HexCoords &X);
@@ -275,8 +282,8 @@ class FixDefe : public Fix {
     int point;    // atom
     int first, count;
     int part;
-    double r;        // 0 for nodes
-    double area;     // of a DE; that of a node follows from its own facets
+    double r;       // 0 for nodes
+    double area;    // of a DE; that of a node follows from its own facets
     int own, nown;
     double k_own;    // penalty stiffness per area of the point's side, negative = rigid
     double weight;
@@ -287,12 +294,16 @@ class FixDefe : public Fix {
   std::vector<int> own_facets;        // the outer facets that a node belongs to
   const FacetPlane &plane_of(int);
   double facing_area(const ContactPair &, const defe::Vec3 &);
-  double contact_energy = 0.0;                           // at the last force evaluation, this rank
+  double contact_energy = 0.0;    // at the last force evaluation, this rank
   void build_surfaces();
   void contact_forces();
 
+  // ---- two clocks: see pre_reverse() ----
+  int fe_clock = 0;    // steps since the last evaluation of the elements, 0 = in this step
+  double since_history = 0.0;    // time since material histories were advanced
+  void evaluate_finite(double *f, double history_step);
+
   // ---- conversion ----
-  std::vector<HexRecord *> marked;
   bigint convert_step = -1;
   struct Converting {
     tagint id;
@@ -303,13 +314,14 @@ class FixDefe : public Fix {
   std::unordered_map<int, std::vector<Converting>> marked_at;    // by first node
   double first_conversion = -1.0, first_damage = -1.0;           // times
   void mark_elements();
+  void schedule_conversion(int steps);
   void convert_marked();
   void make_ghosts_for_setup();
   void ghost_positions();
   void update_totals();
 
   // ---- communication ----
-  enum CommMode { FRAME, POSVEL, SURFACE, MARKED, LOSS };
+  enum CommMode { FRAME, POSVEL, SURFACE, MARKED, LOSS, FINITE };
   CommMode comm_mode = FRAME;
   int comm_round = 0;
   std::unordered_map<int, std::vector<HexPod>> surface_at;    // exposed elements by first node
@@ -323,7 +335,7 @@ class FixDefe : public Fix {
   double power_of_others();
   double virial_fe[6];
   double fe_energy_all();
-  double vector_values[25];
+  double vector_values[26];
   double surface_energy_all = 0.0;
   bigint vector_step = -1;
   void fill_vector();

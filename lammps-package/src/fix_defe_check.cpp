@@ -276,7 +276,7 @@ void FixDefe::check_masses()
     for (size_t e = 0; e < b.node.size(); e++) {
       hex_coords(b.node[e].data(), x, X);
       const HexRecord &h = *b.hex[e];
-      const double mass = 0.125 * material_of(parts[h.part]).elastic.rho * defe::fe::volume(X);
+      const double mass = 0.125 * material_of(parts[h.part]).elastic().rho * defe::fe::volume(X);
       for (tagint t : h.node) shares.to_id(t, {t, 0, mass});
     }
   auto came = shares.send();

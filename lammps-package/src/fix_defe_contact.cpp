@@ -159,9 +159,9 @@ void FixDefe::build_surfaces()
       }
       facet.area = defe::fe::face_area(P);
       facet.size = std::max((P[2] - P[0]).norm(), (P[3] - P[1]).norm());
-      facet.k_area = m.rigid
-          ? -1.0
-          : defe::penalty_stiffness_per_area(contact_factor, m.elastic.bulk(), facet.area, volume);
+      facet.k_area = m.rigid() ? -1.0
+                               : defe::penalty_stiffness_per_area(
+                                     contact_factor, m.elastic().bulk(), facet.area, volume);
       facets.push_back(facet);
     }
   }
@@ -210,7 +210,7 @@ void FixDefe::build_surfaces()
       p.area = edge * edge;
       // as the face of the element had it: K A / V with the element's edge of twice the DE's
       p.k_sum = defe::penalty_stiffness_per_area(contact_factor,
-                                                 material_of(parts[r.part]).elastic.bulk(),
+                                                 material_of(parts[r.part]).elastic().bulk(),
                                                  4.0 * edge * edge, 8.0 * edge * edge * edge);
       p.k_count = 1;
       p.r = atom->radius[i];
@@ -261,7 +261,7 @@ void FixDefe::build_surfaces()
             for (int d = 0; d < 3; d++) rsq += (x[d] - f.centre[d]) * (x[d] - f.centre[d]);
             const double cut = f.size * (0.5 + MAX_DEPTH + EDGE_MARGIN) + p.r + neighbor->skin;
             if (rsq > cut * cut) continue;
-            if (material_of(parts[f.part]).rigid && material_of(parts[p.part]).rigid) continue;
+            if (material_of(parts[f.part]).rigid() && material_of(parts[p.part]).rigid()) continue;
             if (same) {
               // a DE is tied to this element, or rests on it in the reference state
               bool tied = false;

@@ -118,11 +118,10 @@ void FixDefe::convert_marked()
   converting.clear();
   marked_at.clear();
   {
-    std::unordered_set<const HexRecord *> set(marked.begin(), marked.end());
     for (auto &b : batches) {
       if (!b.convertible) continue;
       for (size_t e = 0; e < b.hex.size(); e++)
-        if (set.count(b.hex[e])) own.push_back({b.hex[e], b.hex[e]->id, &b.node[e], b.kernel});
+        if (b.hex[e]->marked) own.push_back({b.hex[e], b.hex[e]->id, &b.node[e], b.kernel});
     }
   }
   std::sort(own.begin(), own.end(), [](const Own &a, const Own &b) {
@@ -200,11 +199,12 @@ void FixDefe::convert_marked()
           defe::Shield s;
           s.direction = Vec3(del[0], del[1], del[2]);
           s.time = now();
-          h.shields.push_back(s);
+          h.with_extra().shields.push_back(s);
         }
       }
       // at most one entry per neighbour: the oldest ones have had their time
-      while (h.shields.size() > 26) h.shields.erase(h.shields.begin());
+      if (h.extra)
+        while (h.extra->shields.size() > 26) h.extra->shields.erase(h.extra->shields.begin());
     }
 
   // the new DEs
@@ -227,7 +227,7 @@ void FixDefe::convert_marked()
     for (int a = 0; a < 8; a++)
       for (int k = 0; k < 3; k++) ve(k, a) = v[(*o.idx)[a]][k];
     const double volume = defe::fe::volume(Xe);
-    const double mass = material_of(p).elastic.rho * volume;
+    const double mass = material_of(p).elastic().rho * volume;
     for (int a = 0; a < 8; a++) {
       loss_mass[(*o.idx)[a]] += 0.125 * mass;
       loss_count[(*o.idx)[a]]++;
@@ -355,8 +355,6 @@ void FixDefe::convert_marked()
     set_reference(i, ref);
     de[i] = std::make_unique<DERecord>(b.record);
   }
-  marked.clear();
-
   bigint mine[3] = {atom->nlocal, static_cast<bigint>(own.size()), nodes_gone}, all[3];
   MPI_Allreduce(mine, all, 3, MPI_LMP_BIGINT, MPI_SUM, world);
   nodes_total -= all[2];

@@ -240,7 +240,7 @@ void FixDefe::build_topology()
     if (check.verdict == defe::fe::HexCheck::suspicious) suspicious++;
     const double volume = defe::fe::volume(X[e]);
     const Material &m = material_of(p);
-    mass[e] = m.elastic.rho * volume;
+    mass[e] = m.elastic().rho * volume;
     diagonal = MAX(diagonal, defe::fe::max_diagonal(X[e]));
     for (int a = 0; a < 8; a++)
       for (int axis = 0; axis < 3; axis++)
@@ -248,7 +248,7 @@ void FixDefe::build_topology()
             MIN(shortest, (X[e].col(defe::fe::hex_edge_neighbor(a, axis)) - X[e].col(a)).norm());
     size_sum[2 * mesh[e]->part] += std::cbrt(volume);
     size_sum[2 * mesh[e]->part + 1] += 1.0;
-    if (!m.rigid) {
+    if (!m.rigid()) {
       double step = -1.0, step_de = 1.0e300;
       for (const auto &s : steps)
         if (s.part == mesh[e]->part && defe::fe::congruent(s.X, X[e])) {
@@ -257,8 +257,8 @@ void FixDefe::build_topology()
           break;
         }
       if (step < 0.0) {
-        step = defe::fe::critical_step(X[e], m.elastic);
-        if (p.convertible) step_de = discrete_step(X[e], m.elastic, mass[e]);
+        step = m.law->critical_step(X[e]);
+        if (p.convertible) step_de = discrete_step(X[e], m.elastic(), mass[e]);
         if (steps.size() < 64) steps.push_back({X[e], mesh[e]->part, step, step_de});
       }
       dt = MIN(dt, step);
@@ -293,9 +293,10 @@ void FixDefe::build_topology()
                 MPI_SUM, world);
   for (size_t p = 0; p < parts.size(); p++) {
     const auto &m = material_of(parts[p]);
-    if (m.rigid || size_all[2 * p + 1] == 0.0) continue;
-    parts[p].shield_time = defe::shielding_time(size_all[2 * p] / size_all[2 * p + 1],
-                                                m.elastic.lambda(), m.elastic.mu(), m.elastic.rho);
+    if (m.rigid() || size_all[2 * p + 1] == 0.0) continue;
+    parts[p].shield_time =
+        defe::shielding_time(size_all[2 * p] / size_all[2 * p + 1], m.elastic().lambda(),
+                             m.elastic().mu(), m.elastic().rho);
   }
 
   // 3. node masses, summed in the order of element IDs: the same on any number of ranks

@@ -213,9 +213,9 @@ void PairDefeJoint::init_style()
   young.clear();
   for (const auto &p : fix->parts) {
     const auto &m = fix->material_of(p);
-    table.push_back({m.elastic.lambda(), m.elastic.mu()});
-    young.push_back(m.elastic.E);
-    if (m.rigid) table.back() = {0.0, 0.0};
+    table.push_back({m.elastic().lambda(), m.elastic().mu()});
+    young.push_back(m.elastic().E);
+    if (m.rigid()) table.back() = {0.0, 0.0};
     if (!p.convertible) continue;
     const Coeff &c = coeff_of(p.type, p.type);
     if ((with_connective && !c.has_connective) || (with_cohesive && !c.has_cohesive) ||
@@ -225,20 +225,20 @@ void PairDefeJoint::init_style()
                  p.name, p.type, p.type, p.type, with_connective ? " connective" : "",
                  with_cohesive ? " cohesive" : "", with_contact ? " contact" : "");
     if (c.has_connective && c.E > 0.0 &&
-        (std::abs(c.E / m.elastic.E - 1.0) > 1e-9 || std::abs(c.nu - m.elastic.nu) > 1e-9))
+        (std::abs(c.E / m.elastic().E - 1.0) > 1e-9 || std::abs(c.nu - m.elastic().nu) > 1e-9))
       error->all(FLERR,
                  "Pair_coeff {} {} connective {} {} differs from material {} of part {}: E {}, nu "
                  "{} (or write 'connective material')",
-                 p.type, p.type, c.E, c.nu, m.name, p.name, m.elastic.E, m.elastic.nu);
+                 p.type, p.type, c.E, c.nu, m.name, p.name, m.elastic().E, m.elastic().nu);
     if (with_cohesive && comm->me == 0) {
       const double d = 2.0 * fix->max_de_radius(p.type);
-      const double limit = defe::toughness_limit(m.elastic.E, c.cohesive.G_f, c.cohesive.sigma_t);
+      const double limit = defe::toughness_limit(m.elastic().E, c.cohesive.G_f, c.cohesive.sigma_t);
       if (d > limit)
         utils::logmesg(lmp,
                        "Joints of part {} are {:.4g} long, above 2 E G_f/sigma_t^2 = {:.4g}: "
                        "fracture is strength-controlled, a joint releases {:.4g} per area\n",
                        p.name, d, limit,
-                       0.5 * c.cohesive.sigma_t * c.cohesive.sigma_t * d / m.elastic.E +
+                       0.5 * c.cohesive.sigma_t * c.cohesive.sigma_t * d / m.elastic().E +
                            c.cohesive.G_f);
     }
   }

@@ -68,7 +68,8 @@ enum Entry {
   TOTAL,
   BALANCE,
   FIRST_CONVERSION,
-  FIRST_DAMAGE
+  FIRST_DAMAGE,
+  VISCOUS
 };
 
 /// A node or a DE. x is unwrapped.

@@ -1,0 +1,159 @@
+// Finite elements every m-th step, everything else at every step.
+//
+// timeout: 240
+
+#include "events.h"
+#include "glass_block.h"
+
+#include <gmock/gmock.h>
+
+#include <set>
+
+using namespace defe::test;
+using defe::Vec3;
+
+namespace {
+
+/// A block that vibrates and turns, no DEs.
+void swing(Lammps &lmp, const Block &block)
+{
+  lmp.change([&](Particle &p) {
+    const Vec3 d = p.x - block.centre();
+    p.v = Vec3(0.0, 0.0, 300.0).cross(d) + Vec3(1500.0 * d[0], -800.0 * d[1], 500.0 * d[0]);
+  });
+}
+
+Block bar()
+{
+  Block block;
+  block.n[0] = 8;
+  block.n[1] = 2;
+  block.n[2] = 2;
+  block.dt = 3e-8;
+  return block;
+}
+
+}    // namespace
+
+// The total energy, at any step: kinetic energy is that of velocities in step with the positions.
+TEST(TwoClocks, EnergyOfVibrationAtEveryStep)
+{
+  for (int m : {1, 2, 3, 4, 5}) {
+    Block block = bar();
+    block.options = "every " + std::to_string(m);
+    Lammps lmp;
+    lmp.commands(block.script());
+    swing(lmp, block);
+    lmp.record({"f_fe[22]", "f_fe[9]", "f_fe[14]"}, 1);
+    lmp.run(600);
+    const auto total = lmp.recorded(0), strain = lmp.recorded(1), kinetic = lmp.recorded(2);
+    const double swing_of_strain = *std::max_element(strain.begin(), strain.end());
+    EXPECT_GT(swing_of_strain, 0.1 * total[0]) << "a poor example";
+    // velocity Verlet with the step m dt keeps its energy to (omega m dt)^2/8 of what swings, here
+    // with waves down to the length of some elements
+    EXPECT_LT(largest_deviation(total), 0.012 * m * m / 25.0 * swing_of_strain) << "every " << m;
+  }
+}
+
+// The same motion, to second order in the step.
+TEST(TwoClocks, SameMotion)
+{
+  std::vector<Particles> end;
+  for (int m : {1, 2, 4}) {
+    Block block = bar();
+    block.options = "every " + std::to_string(m);
+    Lammps lmp;
+    lmp.commands(block.script());
+    swing(lmp, block);
+    lmp.run(400);
+    end.push_back(lmp.particles());
+  }
+  const double two = difference(end[0], end[1], &Particle::x);
+  const double four = difference(end[0], end[2], &Particle::x);
+  EXPECT_LT(four, 1e-3 * largest(end[0], &Particle::x));
+  // (4^2 - 1)/(2^2 - 1) = 5
+  EXPECT_NEAR(four / two, 5.0, 0.5);
+}
+
+// A crack, its conversions and a restart between two evaluations of the elements.
+TEST(TwoClocks, RestartBetweenTheClocks)
+{
+  Block block;
+  block.n[0] = 16;
+  block.n[1] = 5;
+  block.n[2] = 2;
+  block.box_hi[0] = 0.05;
+  block.convert = "5.6e7 type 2 group particles";
+  block.coeff = "connective material cohesive 6e7 10.0 0.1 contact 0.9 0.2";
+  const auto pull = [&block](Lammps &lmp) {
+    lmp.change([&](Particle &p) {
+      const double s = (p.x[0] - block.centre()[0]) / 0.016;
+      p.v = Vec3(0.0, 12.0 * (s * s - 1.0 / 3.0), 0.0) + 0.1 * random_of(p.tag, 8);
+    });
+  };
+  Particles whole;
+  std::vector<std::array<long, 2>> list;
+  {
+    block.options = "every 3 check yes events whole.txt";
+    remove_file("whole.txt");
+    Lammps lmp;
+    lmp.commands(block.script() + "restart 1 clock.*.restart\n");
+    pull(lmp);
+    lmp.run(103);
+    lmp.command("restart 0");
+    lmp.run(97);
+    whole = lmp.particles();
+    MPI_Barrier(MPI_COMM_WORLD);
+    list = conversions("whole.txt");
+    EXPECT_GT(list.size(), 16u) << "a poor example";
+  }
+  // marked at a multiple of 3, converted when the impulse of three steps has ended
+  for (const auto &c : list) EXPECT_EQ(c[0] % 3, 2) << "element " << c[1];
+  std::set<long> steps = {100, 101, 102};
+  for (const auto &c : list)
+    if (c[0] > 60 && c[0] < 100) steps.insert(c[0] - 1);    // marked, not yet converted
+  EXPECT_GT(steps.size(), 3u);
+  for (long step : steps) {
+    block.options = "every 3 check yes events again.txt";
+    remove_file("again.txt");
+    Lammps lmp;
+    lmp.commands(block.header() + "read_restart clock." + std::to_string(step) + ".restart\n" +
+                 block.fix_only() + block.motion());
+    lmp.run(200 - step);
+    MPI_Barrier(MPI_COMM_WORLD);
+    std::vector<std::array<long, 2>> rest;
+    for (const auto &c : list)
+      if (c[0] > step) rest.push_back(c);
+    EXPECT_EQ(conversions("again.txt"), rest) << "from step " << step;
+    EXPECT_LT(difference(whole, lmp.particles(), &Particle::x), 2e-12) << "from step " << step;
+  }
+  // another ratio of the clocks: only where they meet
+  const auto failure = [&](long step) -> std::string {
+    block.options = "every 2";
+    Lammps lmp;
+    try {
+      lmp.commands(block.header() + "read_restart clock." + std::to_string(step) + ".restart\n" +
+                   block.fix_only() + block.motion() + "run 1");
+    } catch (std::exception &e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(failure(102), "");
+  EXPECT_THAT(failure(101), testing::HasSubstr("both clocks meet (a multiple of 3)"));
+}
+
+TEST(TwoClocks, SlowStepAboveTheStableOne)
+{
+  Block block = bar();
+  block.dt = 1e-7;
+  block.options = "every 4";
+  Lammps lmp;
+  lmp.commands(block.script());
+  try {
+    lmp.run(1);
+    ADD_FAILURE() << "was accepted";
+  } catch (std::exception &e) {
+    EXPECT_THAT(e.what(), testing::HasSubstr("1e-07 times every 4 is above the stable step"));
+  }
+}
