@@ -277,7 +277,7 @@ class Lammps {
     }
   }
 
- private:
+  /// What each rank has, of all ranks, in the order of the ranks. T: plain data.
   template <class T> std::vector<T> gather(const std::vector<T> &mine) const
   {
     const int nprocs = size_of(comm), bytes = static_cast<int>(mine.size() * sizeof(T));
@@ -290,6 +290,7 @@ class Lammps {
     return all;
   }
 
+ private:
   MPI_Comm comm;
   std::unique_ptr<LAMMPS_NS::LAMMPS> lmp;
 };
