@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that DEFE needs and this machine lacks.
-#   install-deps.sh [build] [tests] [plots] [benchmarks]     (all of them without arguments)
+#   install-deps.sh [build] [tests] [plots] [benchmarks] [fuzz] [valgrind]  (the first four without)
 # Where it cannot install, it says what is needed and goes on: things may be there under other names.
 set -euo pipefail
 
@@ -14,7 +14,9 @@ for group; do
     tests) packages+=(libgtest-dev libgmock-dev) ;;
     plots) packages+=(python3 python3-numpy python3-matplotlib python3-pil) ;;
     benchmarks) packages+=(libbenchmark-dev) ;;
-    *) echo "install-deps.sh: unknown group $group (build, tests, plots, benchmarks)" >&2; exit 2 ;;
+    fuzz) packages+=(clang libclang-rt-dev) ;;
+    valgrind) packages+=(valgrind libc6-dbg) ;;
+    *) echo "install-deps.sh: unknown group $group (build, tests, plots, benchmarks, fuzz, valgrind)" >&2; exit 2 ;;
   esac
 done
 
