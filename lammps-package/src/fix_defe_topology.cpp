@@ -171,16 +171,7 @@ void FixDefe::build_topology()
       }
     auto asked = route(lmp, requests, proc);
     std::unordered_map<tagint, int> where;
-    for (size_t k = 0; k < here.size(); k++) {
-      const auto first = where.emplace(here[k].tag, static_cast<int>(k));
-      if (first.second) continue;
-      const auto &a = here[first.first->second];
-      const auto &b = here[k];
-      error->one(FLERR,
-                 "Atom ID {} is used twice, at {:.8g} {:.8g} {:.8g} and {:.8g} {:.8g} {:.8g}: IDs "
-                 "of nodes must be unique",
-                 b.tag, a.x[0], a.x[1], a.x[2], b.x[0], b.x[1], b.x[2]);
-    }
+    for (size_t k = 0; k < here.size(); k++) where[here[k].tag] = static_cast<int>(k);
     std::vector<NodeReply> replies;
     proc.clear();
     for (const auto &r : asked) {
@@ -235,7 +226,7 @@ void FixDefe::build_topology()
     }
     const auto check = defe::fe::check_hex(X[e]);
     if (check.verdict == defe::fe::HexCheck::bad)
-      error->one(FLERR, "Part {}: {}", p.name,
+      error->one(FLERR, "Part {}: {}; the node order must be that of Abaqus C3D8", p.name,
                  defe::fe::describe_bad_hex(mesh[e]->id, X[e], check));
     if (check.verdict == defe::fe::HexCheck::suspicious) suspicious++;
     const double volume = defe::fe::volume(X[e]);
@@ -449,9 +440,10 @@ void FixDefe::read_data_header(char *line)
     ValueTokenizer values(line);
     n = values.next_bigint();
     if (values.next_string() != "hexes" || values.has_next())
-      throw TokenizerException("needed: N hexes", "");
+      throw TokenizerException("other words", "");
   } catch (std::exception &e) {
-    error->all(FLERR, "Fix defe cannot read the header line '{}' of the data file: {}",
+    error->all(FLERR,
+               "Fix defe cannot read the header line '{}' of the data file: {}; needed: N hexes",
                utils::trim(line), e.what());
   }
   if (n < 0) error->all(FLERR, "Data file has a negative number of hexes: {}", n);

@@ -97,6 +97,10 @@ void PairDefeJoint::settings(int narg, char **arg)
   if (narg)
     error->all(FLERR, "Pair style {} takes no arguments, not {}; its numbers go to pair_coeff",
                force->pair_style ? force->pair_style : "defe/*", arg[0]);
+
+  // without any pair_coeff it is init_style that says which ones are needed
+
+  if (domain->box_exist && !allocated) allocate();
 }
 
 /* ----------------------------------------------------------------------
