@@ -112,7 +112,8 @@ inline void remove_file(const std::string &file, MPI_Comm comm = MPI_COMM_WORLD)
 
 class Lammps {
  public:
-  explicit Lammps(MPI_Comm comm = MPI_COMM_WORLD) : comm(comm)
+  explicit Lammps(MPI_Comm comm = MPI_COMM_WORLD, const std::string &plugin = DEFE_PLUGIN_PATH) :
+      comm(comm)
   {
     std::string log = "none";
     if (std::getenv("DEFE_TEST_LOG")) {
@@ -127,7 +128,7 @@ class Lammps {
     for (auto &a : arguments) pointers.push_back(a.data());
     lmp = std::make_unique<LAMMPS_NS::LAMMPS>(static_cast<int>(pointers.size()), pointers.data(),
                                               comm);
-    command("plugin load " DEFE_PLUGIN_PATH);
+    command("plugin load " + plugin);
   }
 
   /// Lines of an input script; '&' at the end of a line continues it.

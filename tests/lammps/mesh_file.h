@@ -20,6 +20,7 @@ struct MeshFile {
   std::vector<std::array<tagint, 8>> hex;                        // element e has ID e + 1
   std::vector<std::string> part;                                 // of each element
   std::vector<int> type;                                         // of each node
+  std::vector<tagint> ids;                                       // of elements, if not e + 1
   Vec3 lo = Vec3::Constant(-0.02), hi = Vec3::Constant(0.03);    // box
   int types = 2;
 
@@ -64,7 +65,8 @@ struct MeshFile {
                      X[n][2]);
       std::fprintf(fp, "\nHexes\n\n");
       for (size_t e = 0; e < hex.size(); e++) {
-        std::fprintf(fp, "%zu %s", e + 1, part[e].c_str());
+        std::fprintf(fp, "%lld %s", static_cast<long long>(ids.empty() ? e + 1 : ids[e]),
+                     part[e].c_str());
         for (tagint t : hex[e]) std::fprintf(fp, " %lld", static_cast<long long>(t));
         std::fprintf(fp, "\n");
       }
