@@ -409,7 +409,16 @@ void FixDefe::setup_pre_exchange()
   start_done = true;
 
   bool any = false;
-  for (const auto &p : parts) any = any || !p.start.empty();
+  for (const auto &p : parts) {
+    if (p.start.empty()) continue;
+    any = true;
+    if (p.start == "all") continue;
+    auto region = domain->get_region_by_id(p.start);
+    if (!region)
+      error->all(FLERR, "Fix defe convert {}: start region {} does not exist any more", p.name,
+                 p.start);
+    region->prematch();
+  }
   if (!any) return;
 
   make_ghosts_for_setup();
@@ -423,8 +432,6 @@ void FixDefe::setup_pre_exchange()
       bool in = (p.start == "all");
       if (!in) {
         auto region = domain->get_region_by_id(p.start);
-        if (!region) error->all(FLERR, "Fix defe start region {} does not exist", p.start);
-        region->prematch();
         double c[3] = {0.0, 0.0, 0.0};
         for (int a = 0; a < 8; a++)
           for (int k = 0; k < 3; k++) c[k] += 0.125 * atom->x[b.node[e][a]][k];
