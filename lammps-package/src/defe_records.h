@@ -23,6 +23,7 @@ struct HexPod {
   tagint nb[6];             // element behind each face: > 0 finite, 0 free surface, < 0 converted
   signed char nbface[6];    // the face seen from that element
   signed char nbrot[6];     // position, on that face, of the first node of ours
+  signed char nbpart[6];    // part of that element
   signed char marked;       // it converts at FixDefe::convert_step
   int part;                 // index into FixDefe::parts
 };

@@ -34,6 +34,7 @@ using defe::Vec3;
 using defe::fe::HexCoords;
 
 static constexpr int SIZE_VECTOR = 26;
+static constexpr size_t MAX_PARTS = 127;    // a signed char in the records
 static constexpr int FLUSH_EVERY = 1000;    // steps between writes of the event file
 
 static constexpr int doubles(size_t bytes)
@@ -102,6 +103,8 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
     Part p;
     p.name = name;
     p.material = material;
+    if (parts.size() == MAX_PARTS)
+      error->all(FLERR, "Fix defe can hold no more than {} parts", MAX_PARTS);
     parts.push_back(p);
   };
 
@@ -494,6 +497,10 @@ void FixDefe::pre_neighbor()
   // elements, in batches of one kernel
 
   batches.clear();
+  std::vector<size_t> sizes(kernels.size(), 0);
+  for (int i = 0; i < nlocal; i++)
+    for (const auto &h : hexes[i])
+      if (h.kernel >= 0) sizes[h.kernel]++;
   std::map<int, int> batch_of;
   tagint lost_hex = 0, lost_node = 0;
   for (int i = 0; i < nlocal; i++) {
@@ -520,6 +527,10 @@ void FixDefe::pre_neighbor()
         batches[b].kernel = h.kernel;
         batches[b].rigid = material_of(parts[h.part]).rigid();
         batches[b].convertible = parts[h.part].convertible;
+        if (h.kernel < static_cast<int>(sizes.size())) {
+          batches[b].node.reserve(sizes[h.kernel]);
+          batches[b].hex.reserve(sizes[h.kernel]);
+        }
       } else
         b = found->second;
       batches[b].node.push_back(idx);
@@ -1114,7 +1125,7 @@ void FixDefe::add_hex(int i, tagint hexid, int part, const tagint *nodes)
   for (int a = 0; a < 8; a++) h.node[a] = nodes[a];
   for (int f = 0; f < 6; f++) {
     h.nb[f] = 0;
-    h.nbface[f] = h.nbrot[f] = 0;
+    h.nbface[f] = h.nbrot[f] = h.nbpart[f] = 0;
   }
   h.marked = 0;
   hexes[i].push_back(std::move(h));

@@ -239,6 +239,13 @@ class FixDefe : public Fix {
   std::vector<double> de_radius_max;    // per type
   bool start_done = false;
 
+  // ---- a mesh that was just made or read ----
+  struct Mesh;
+  void mesh_directory(Mesh &);
+  void mesh_shapes(Mesh &);
+  void mesh_masses(const Mesh &);
+  void mesh_neighbours(const Mesh &);
+
   // ---- kernels ----
   struct Kernel {
     std::unique_ptr<defe::fe::HexKernel> kernel;

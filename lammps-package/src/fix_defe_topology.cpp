@@ -28,17 +28,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <unordered_map>
 
 using namespace LAMMPS_NS;
 using defe::fe::HexCoords;
-using Rendezvous::route;
+using Rendezvous::Letters;
 
 namespace {
 
 struct NodeDatum {
-  tagint tag;
   double x[3];
+  tagint tag;
   int proc, local;
 };
 
@@ -49,8 +48,7 @@ struct NodeRequest {
 
 struct NodeReply {
   double x[3];
-  int element, corner;
-  int found;
+  int element, corner, found;
 };
 
 struct MassShare {
@@ -59,23 +57,24 @@ struct MassShare {
 };
 
 struct MassReply {
-  int local;
-  int count;
   double mass;
+  int local, count;
 };
 
 struct FaceDatum {
   tagint key[4];     // sorted
   tagint node[4];    // in the order of the face, outward
   tagint element;
-  int proc, local, face;
+  int proc, local, face, part;
 };
 
 struct FaceReply {
-  int local, face;
   tagint element;
-  int nbface, nbrot;
+  int local, face, nbface, nbrot, nbpart;
 };
+
+// elements per round of messages: what is under way at a time stays small beside the mesh itself
+constexpr int CHUNK = 16384;
 
 /// Safe step of the eight DEs of an element, of which each may be tied by its three outer faces;
 /// the elements at the other ends of the ties have a quarter of their mass left for themselves.
@@ -98,6 +97,24 @@ double discrete_step(const HexCoords &X, const defe::fe::IsotropicElastic &elast
 
 }    // namespace
 
+struct FixDefe::Mesh {
+  std::vector<HexRecord *> hex;    // mine
+  std::vector<double> mass;
+  std::vector<NodeDatum> nodes;    // those whose IDs are dealt to this rank, sorted
+  int rounds = 1;                  // of messages, the same on all ranks
+
+  const NodeDatum *node(tagint tag) const
+  {
+    const auto found =
+        std::lower_bound(nodes.begin(), nodes.end(), tag, [](const NodeDatum &a, tagint t) {
+          return a.tag < t;
+        });
+    return found != nodes.end() && found->tag == tag ? &*found : nullptr;
+  }
+  /// round in which all that concerns this ID is treated
+  int round_of(tagint id, int nprocs) const { return static_cast<int>(id / nprocs % rounds); }
+};
+
 /* ----------------------------------------------------------------------
    neighbours, node masses, checks; once after the mesh was made or read
 ------------------------------------------------------------------------- */
@@ -112,90 +129,89 @@ void FixDefe::build_topology()
   mesh_dirty = false;
   if (des_total > 0) error->all(FLERR, "Fix defe: all meshes must be made before elements convert");
 
-  const int nprocs = comm->nprocs;
+  Mesh mesh;
   const int nlocal = atom->nlocal;
-  auto rendezvous = [nprocs](tagint t) {
-    return static_cast<int>(t % nprocs);
-  };
-
-  std::vector<HexRecord *> mesh;
-  std::vector<int> anchor;
   int most = 0;
   for (int i = 0; i < nlocal; i++) {
     most = MAX(most, static_cast<int>(hexes[i].size()));
-    for (auto &h : hexes[i]) {
-      mesh.push_back(&h);
-      anchor.push_back(i);
-    }
+    for (auto &h : hexes[i]) mesh.hex.push_back(&h);
   }
   MPI_Allreduce(&most, &hexes_per_node, 1, MPI_INT, MPI_MAX, world);
   hexes_per_node = MAX(hexes_per_node, 1);
-  const int n = static_cast<int>(mesh.size());
-
-  bigint count = n;
+  const bigint count = static_cast<bigint>(mesh.hex.size());
   MPI_Allreduce(&count, &hexes_total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  const int rounds = static_cast<int>(count / CHUNK) + 1;
+  MPI_Allreduce(&rounds, &mesh.rounds, 1, MPI_INT, MPI_MAX, world);
 
+  mesh_directory(mesh);
+  mesh_shapes(mesh);
+  mesh_masses(mesh);
+  mesh_neighbours(mesh);
+
+  // atom IDs of DEs follow those of all atoms, from the IDs of their elements
+
+  tagint last = 0;
+  for (int i = 0; i < nlocal; i++) last = MAX(last, atom->tag[i]);
+  MPI_Allreduce(&last, &de_base, 1, MPI_LMP_TAGINT, MPI_MAX, world);
+  last_element = static_cast<tagint>(last_hex_id());
+  const bigint last_de = static_cast<bigint>(de_base) + 8 * static_cast<bigint>(last_element);
+  if (last_de > MAXTAGINT)
+    error->all(FLERR, "Fix defe needs atom IDs up to {}: compile LAMMPS with -DLAMMPS_BIGBIG",
+               last_de);
+
+  kernels.clear();
+  for (auto *h : mesh.hex) h->kernel = -1;
+
+  if (comm->me == 0)
+    utils::logmesg(lmp,
+                   "Fix defe: {} hexahedra, stable time step {:.6g} (finite), {:.6g} (discrete)\n",
+                   hexes_total, dt_finite, dt_discrete);
+}
+
+/* ----------------------------------------------------------------------
+   IDs are unique; each node is known to the rank that its ID is dealt to
+------------------------------------------------------------------------- */
+
+void FixDefe::mesh_directory(Mesh &mesh)
+{
   // no element ID twice: those of their DEs follow from them
 
   {
-    std::vector<tagint> ids;
-    std::vector<int> proc;
-    for (const auto *h : mesh) {
-      ids.push_back(h->id);
-      proc.push_back(rendezvous(h->id));
-    }
-    auto came = route(lmp, ids, proc);
+    Letters<tagint> ids(lmp);
+    for (const auto *h : mesh.hex) ids.to_id(h->id, h->id);
+    auto came = ids.send();
     std::sort(came.begin(), came.end());
     const auto twice = std::adjacent_find(came.begin(), came.end());
     if (twice != came.end())
       error->one(FLERR, "Element ID {} is used twice: element IDs must be unique", *twice);
   }
 
-  // 1. reference positions of each element's nodes
-
-  std::vector<HexCoords> X(n);
-  {
-    std::vector<NodeDatum> nodes;
-    std::vector<int> proc;
-    for (int i = 0; i < nlocal; i++) {
-      nodes.push_back({atom->tag[i], {xref[i][0], xref[i][1], xref[i][2]}, comm->me, i});
-      proc.push_back(rendezvous(atom->tag[i]));
-    }
-    auto here = route(lmp, nodes, proc);
-    std::vector<NodeRequest> requests;
-    proc.clear();
-    for (int e = 0; e < n; e++)
-      for (int a = 0; a < 8; a++) {
-        requests.push_back({mesh[e]->node[a], comm->me, e, a});
-        proc.push_back(rendezvous(mesh[e]->node[a]));
-      }
-    auto asked = route(lmp, requests, proc);
-    std::unordered_map<tagint, int> where;
-    for (size_t k = 0; k < here.size(); k++) where[here[k].tag] = static_cast<int>(k);
-    std::vector<NodeReply> replies;
-    proc.clear();
-    for (const auto &r : asked) {
-      NodeReply reply{{0.0, 0.0, 0.0}, r.element, r.corner, 0};
-      auto found = where.find(r.tag);
-      if (found != where.end()) {
-        reply.found = 1;
-        for (int k = 0; k < 3; k++) reply.x[k] = here[found->second].x[k];
-      }
-      replies.push_back(reply);
-      proc.push_back(r.proc);
-    }
-    for (const auto &r : route(lmp, replies, proc)) {
-      if (!r.found)
-        error->one(FLERR, "Element {} of part {}: its node {} (number {} of 8) does not exist",
-                   mesh[r.element]->id, parts[mesh[r.element]->part].name,
-                   mesh[r.element]->node[r.corner], r.corner + 1);
-      for (int k = 0; k < 3; k++) X[r.element](k, r.corner) = r.x[k];
-    }
+  Letters<NodeDatum> nodes(lmp);
+  for (int i = 0; i < atom->nlocal; i++)
+    nodes.to_id(atom->tag[i], {{xref[i][0], xref[i][1], xref[i][2]}, atom->tag[i], comm->me, i});
+  mesh.nodes = nodes.send();
+  std::sort(mesh.nodes.begin(), mesh.nodes.end(), [](const NodeDatum &a, const NodeDatum &b) {
+    return a.tag < b.tag;
+  });
+  for (size_t k = 1; k < mesh.nodes.size(); k++) {
+    const auto &a = mesh.nodes[k - 1];
+    const auto &b = mesh.nodes[k];
+    if (a.tag == b.tag)
+      error->one(FLERR,
+                 "Atom ID {} is used twice, at {:.8g} {:.8g} {:.8g} and {:.8g} {:.8g} {:.8g}: IDs "
+                 "of nodes must be unique",
+                 b.tag, a.x[0], a.x[1], a.x[2], b.x[0], b.x[1], b.x[2]);
   }
+}
 
-  // 2. shapes: checks, volume, stable step, largest diagonal and DE
+/* ----------------------------------------------------------------------
+   reference positions of each element's nodes: checks, masses, stable step, sizes
+------------------------------------------------------------------------- */
 
-  std::vector<double> mass(n);
+void FixDefe::mesh_shapes(Mesh &mesh)
+{
+  const int n = static_cast<int>(mesh.hex.size());
+  mesh.mass.resize(n);
   double dt = 1.0e300, diagonal = 0.0, shortest = 1.0e300;
   bigint suspicious = 0;
   std::vector<double> radius(atom->ntypes + 1, 0.0);
@@ -207,60 +223,90 @@ void FixDefe::build_topology()
     double dt, dt_de;
   };
   std::vector<ShapeStep> steps;    // exact critical step per distinct shape
-  for (int e = 0; e < n; e++) {
-    const Part &p = parts[mesh[e]->part];
-    for (int a = 1; a < 8; a++)
-      for (int b = 0; b < a; b++)
-        if (mesh[e]->node[a] == mesh[e]->node[b])
-          error->one(FLERR,
-                     "Element {} of part {} has node {} twice: wedges and tetrahedra written as "
-                     "hexahedra are not supported",
-                     mesh[e]->id, p.name, mesh[e]->node[a]);
-    for (int k = 0; k < 3; k++) {
-      const double extent = X[e].row(k).maxCoeff() - X[e].row(k).minCoeff();
-      if (domain->periodicity[k] && extent > 0.5 * domain->prd[k])
-        error->one(FLERR,
-                   "Element {} of part {} is {:.6g} long in {}, more than half of the periodic box "
-                   "({:.6g}): make the box larger, or give the nodes' image flags in the data file",
-                   mesh[e]->id, p.name, extent, "xyz"[k], domain -> prd[k]);
-    }
-    const auto check = defe::fe::check_hex(X[e]);
-    if (check.verdict == defe::fe::HexCheck::bad)
-      error->one(FLERR, "Part {}: {}; the node order must be that of Abaqus C3D8", p.name,
-                 defe::fe::describe_bad_hex(mesh[e]->id, X[e], check));
-    if (check.verdict == defe::fe::HexCheck::suspicious) suspicious++;
-    const double volume = defe::fe::volume(X[e]);
-    const Material &m = material_of(p);
-    mass[e] = m.elastic().rho * volume;
-    diagonal = MAX(diagonal, defe::fe::max_diagonal(X[e]));
-    for (int a = 0; a < 8; a++)
-      for (int axis = 0; axis < 3; axis++)
-        shortest =
-            MIN(shortest, (X[e].col(defe::fe::hex_edge_neighbor(a, axis)) - X[e].col(a)).norm());
-    size_sum[2 * mesh[e]->part] += std::cbrt(volume);
-    size_sum[2 * mesh[e]->part + 1] += 1.0;
-    if (!m.rigid()) {
-      double step = -1.0, step_de = 1.0e300;
-      for (const auto &s : steps)
-        if (s.part == mesh[e]->part && defe::fe::congruent(s.X, X[e])) {
-          step = s.dt;
-          step_de = s.dt_de;
-          break;
-        }
-      if (step < 0.0) {
-        step = m.law->critical_step(X[e]);
-        if (p.convertible) step_de = discrete_step(X[e], m.elastic(), mass[e]);
-        if (steps.size() < 64) steps.push_back({X[e], mesh[e]->part, step, step_de});
+
+  std::vector<HexCoords> coords;
+  for (int round = 0; round < mesh.rounds; round++) {
+    const int first = MIN(n, round * CHUNK), last = MIN(n, first + CHUNK);
+    Letters<NodeRequest> requests(lmp);
+    for (int e = first; e < last; e++)
+      for (int a = 0; a < 8; a++)
+        requests.to_id(mesh.hex[e]->node[a], {mesh.hex[e]->node[a], comm->me, e, a});
+    Letters<NodeReply> replies(lmp);
+    for (const auto &r : requests.send()) {
+      NodeReply reply{{0.0, 0.0, 0.0}, r.element, r.corner, 0};
+      if (const NodeDatum *node = mesh.node(r.tag)) {
+        reply.found = 1;
+        for (int k = 0; k < 3; k++) reply.x[k] = node->x[k];
       }
-      dt = MIN(dt, step);
-      dt_de = MIN(dt_de, step_de);
+      replies.to_rank(r.proc, reply);
     }
-    if (p.convertible) {
-      double r = 0.5 * std::cbrt(volume / 8.0);
-      if (!defe::fe::is_box(X[e]))
-        for (const auto &d : defe::convert_hex(X[e], X[e], HexCoords::Zero(), mass[e]))
-          r = MAX(r, d.radius);
-      radius[p.type] = MAX(radius[p.type], r);
+    coords.resize(last - first);
+    for (const auto &r : replies.send()) {
+      const HexRecord &h = *mesh.hex[r.element];
+      if (!r.found)
+        error->one(FLERR, "Element {} of part {}: its node {} (number {} of 8) does not exist",
+                   h.id, parts[h.part].name, h.node[r.corner], r.corner + 1);
+      for (int k = 0; k < 3; k++) coords[r.element - first](k, r.corner) = r.x[k];
+    }
+
+    for (int e = first; e < last; e++) {
+      const HexRecord &h = *mesh.hex[e];
+      const HexCoords &X = coords[e - first];
+      double &mass = mesh.mass[e];
+      const Part &p = parts[h.part];
+      for (int a = 1; a < 8; a++)
+        for (int b = 0; b < a; b++)
+          if (h.node[a] == h.node[b])
+            error->one(FLERR,
+                       "Element {} of part {} has node {} twice: wedges and tetrahedra written as "
+                       "hexahedra are not supported",
+                       h.id, p.name, h.node[a]);
+      for (int k = 0; k < 3; k++) {
+        const double extent = X.row(k).maxCoeff() - X.row(k).minCoeff();
+        if (domain->periodicity[k] && extent > 0.5 * domain->prd[k])
+          error->one(
+              FLERR,
+              "Element {} of part {} is {:.6g} long in {}, more than half of the periodic box "
+              "({:.6g}): make the box larger, or give the nodes' image flags in the data file",
+              h.id, p.name, extent, "xyz"[k], domain -> prd[k]);
+      }
+      const auto check = defe::fe::check_hex(X);
+      if (check.verdict == defe::fe::HexCheck::bad)
+        error->one(FLERR, "Part {}: {}; the node order must be that of Abaqus C3D8", p.name,
+                   defe::fe::describe_bad_hex(h.id, X, check));
+      if (check.verdict == defe::fe::HexCheck::suspicious) suspicious++;
+      const double volume = defe::fe::volume(X);
+      const Material &m = material_of(p);
+      mass = m.elastic().rho * volume;
+      diagonal = MAX(diagonal, defe::fe::max_diagonal(X));
+      for (int a = 0; a < 8; a++)
+        for (int axis = 0; axis < 3; axis++)
+          shortest = MIN(shortest, (X.col(defe::fe::hex_edge_neighbor(a, axis)) - X.col(a)).norm());
+      size_sum[2 * h.part] += std::cbrt(volume);
+      size_sum[2 * h.part + 1] += 1.0;
+      if (!m.rigid()) {
+        double step = -1.0, step_de = 1.0e300;
+        for (const auto &s : steps)
+          if (s.part == h.part && defe::fe::congruent(s.X, X)) {
+            step = s.dt;
+            step_de = s.dt_de;
+            break;
+          }
+        if (step < 0.0) {
+          step = m.law->critical_step(X);
+          if (p.convertible) step_de = discrete_step(X, m.elastic(), mass);
+          if (steps.size() < 64) steps.push_back({X, h.part, step, step_de});
+        }
+        dt = MIN(dt, step);
+        dt_de = MIN(dt_de, step_de);
+      }
+      if (p.convertible) {
+        double r = 0.5 * std::cbrt(volume / 8.0);
+        if (!defe::fe::is_box(X))
+          for (const auto &d : defe::convert_hex(X, X, HexCoords::Zero(), mass))
+            r = MAX(r, d.radius);
+        radius[p.type] = MAX(radius[p.type], r);
+      }
     }
   }
   bigint all_suspicious = 0;
@@ -289,44 +335,39 @@ void FixDefe::build_topology()
         defe::shielding_time(size_all[2 * p] / size_all[2 * p + 1], m.elastic().lambda(),
                              m.elastic().mu(), m.elastic().rho);
   }
+}
 
-  // 3. node masses, summed in the order of element IDs: the same on any number of ranks
+/* ----------------------------------------------------------------------
+   node masses, summed in the order of element IDs: the same on any number of ranks
+------------------------------------------------------------------------- */
 
-  {
-    std::vector<NodeDatum> nodes;
-    std::vector<int> proc;
-    for (int i = 0; i < nlocal; i++) {
-      nodes.push_back({atom->tag[i], {0.0, 0.0, 0.0}, comm->me, i});
-      proc.push_back(rendezvous(atom->tag[i]));
-    }
-    auto here = route(lmp, nodes, proc);
-    std::vector<MassShare> shares;
-    proc.clear();
+void FixDefe::mesh_masses(const Mesh &mesh)
+{
+  const int nprocs = comm->nprocs, nlocal = atom->nlocal;
+  const int n = static_cast<int>(mesh.hex.size());
+  for (int i = 0; i < nlocal; i++) nelem[i] = 0;
+
+  for (int round = 0; round < mesh.rounds; round++) {
+    Letters<MassShare> shares(lmp);
     for (int e = 0; e < n; e++)
-      for (int a = 0; a < 8; a++) {
-        shares.push_back({mesh[e]->node[a], mesh[e]->id, 0.125 * mass[e]});
-        proc.push_back(rendezvous(mesh[e]->node[a]));
-      }
-    auto came = route(lmp, shares, proc);
+      for (tagint t : mesh.hex[e]->node)
+        if (mesh.round_of(t, nprocs) == round)
+          shares.to_id(t, {t, mesh.hex[e]->id, 0.125 * mesh.mass[e]});
+    auto came = shares.send();
     std::sort(came.begin(), came.end(), [](const MassShare &a, const MassShare &b) {
       return a.tag != b.tag ? a.tag < b.tag : a.element < b.element;
     });
-    std::unordered_map<tagint, int> where;
-    for (size_t k = 0; k < here.size(); k++) where[here[k].tag] = static_cast<int>(k);
-    std::vector<MassReply> replies;
-    proc.clear();
+    Letters<MassReply> replies(lmp);
     for (size_t k = 0; k < came.size();) {
-      const auto &node = here[where[came[k].tag]];
-      MassReply reply{node.local, 0, 0.0};
-      for (const tagint t = came[k].tag; k < came.size() && came[k].tag == t; k++) {
+      const NodeDatum &node = *mesh.node(came[k].tag);
+      MassReply reply{0.0, node.local, 0};
+      for (; k < came.size() && came[k].tag == node.tag; k++) {
         reply.mass += came[k].mass;
         reply.count++;
       }
-      replies.push_back(reply);
-      proc.push_back(node.proc);
+      replies.to_rank(node.proc, reply);
     }
-    for (int i = 0; i < nlocal; i++) nelem[i] = 0;
-    for (const auto &r : route(lmp, replies, proc)) {
+    for (const auto &r : replies.send()) {
       nelem[r.local] = r.count;
       atom->rmass[r.local] = r.mass;
       if (atom->radius[r.local] != 0.0)
@@ -344,36 +385,49 @@ void FixDefe::build_topology()
     }
   MPI_Allreduce(&nodes, &nodes_total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   MPI_Allreduce(&mass_here, &mass_total, 1, MPI_DOUBLE, MPI_SUM, world);
+}
 
-  // 4. what is behind each face
+/* ----------------------------------------------------------------------
+   what is behind each face: the two elements of a face meet at the lowest ID of its nodes
+------------------------------------------------------------------------- */
 
-  {
-    std::vector<FaceDatum> faces;
-    std::vector<int> proc;
+void FixDefe::mesh_neighbours(const Mesh &mesh)
+{
+  const int nprocs = comm->nprocs;
+  const int n = static_cast<int>(mesh.hex.size());
+  for (auto *h : mesh.hex)
+    for (tagint &nb : h->nb) nb = 0;
+
+  auto less = [](const FaceDatum &a, const FaceDatum &b) {
+    for (int k = 0; k < 4; k++)
+      if (a.key[k] != b.key[k]) return a.key[k] < b.key[k];
+    return a.element < b.element;
+  };
+  auto same = [](const FaceDatum &a, const FaceDatum &b) {
+    return std::equal(a.key, a.key + 4, b.key);
+  };
+
+  for (int round = 0; round < mesh.rounds; round++) {
+    Letters<FaceDatum> faces(lmp);
     for (int e = 0; e < n; e++)
       for (int f = 0; f < 6; f++) {
+        const HexRecord &h = *mesh.hex[e];
         FaceDatum d;
-        for (int k = 0; k < 4; k++) d.key[k] = d.node[k] = mesh[e]->node[defe::fe::hex_face[f][k]];
+        for (int k = 0; k < 4; k++) d.node[k] = h.node[defe::fe::hex_face[f][k]];
+        const tagint lowest = *std::min_element(d.node, d.node + 4);
+        if (mesh.round_of(lowest, nprocs) != round) continue;
+        std::copy(d.node, d.node + 4, d.key);
         std::sort(d.key, d.key + 4);
-        d.element = mesh[e]->id;
+        d.element = h.id;
         d.proc = comm->me;
         d.local = e;
         d.face = f;
-        faces.push_back(d);
-        proc.push_back(rendezvous(d.key[0]));
+        d.part = h.part;
+        faces.to_id(lowest, d);
       }
-    auto came = route(lmp, faces, proc);
-    auto less = [](const FaceDatum &a, const FaceDatum &b) {
-      for (int k = 0; k < 4; k++)
-        if (a.key[k] != b.key[k]) return a.key[k] < b.key[k];
-      return a.element < b.element;
-    };
+    auto came = faces.send();
     std::sort(came.begin(), came.end(), less);
-    auto same = [](const FaceDatum &a, const FaceDatum &b) {
-      return std::equal(a.key, a.key + 4, b.key);
-    };
-    std::vector<FaceReply> replies;
-    proc.clear();
+    Letters<FaceReply> replies(lmp);
     for (size_t k = 0; k + 1 < came.size(); k++) {
       const auto &a = came[k];
       const auto &b = came[k + 1];
@@ -382,7 +436,7 @@ void FixDefe::build_topology()
         error->one(FLERR, "Elements {}, {} and {} share one face: the mesh overlaps itself",
                    a.element, b.element, came[k + 2].element);
       auto reply = [&](const FaceDatum &me, const FaceDatum &other) {
-        FaceReply r{me.local, me.face, other.element, other.face, -1};
+        FaceReply r{other.element, me.local, me.face, other.face, -1, other.part};
         for (int q = 0; q < 4; q++)
           if (other.node[q] == me.node[0]) r.nbrot = q;
         // seen from the other side the nodes run the other way round
@@ -392,40 +446,20 @@ void FixDefe::build_topology()
                        "Elements {} and {} share a face but lie on the same side of it: one of "
                        "them is numbered inside out",
                        me.element, other.element);
-        replies.push_back(r);
-        proc.push_back(me.proc);
+        replies.to_rank(me.proc, r);
       };
       reply(a, b);
       reply(b, a);
       k++;
     }
-    for (int e = 0; e < n; e++)
-      for (int f = 0; f < 6; f++) mesh[e]->nb[f] = 0;
-    for (const auto &r : route(lmp, replies, proc)) {
-      mesh[r.local]->nb[r.face] = r.element;
-      mesh[r.local]->nbface[r.face] = static_cast<signed char>(r.nbface);
-      mesh[r.local]->nbrot[r.face] = static_cast<signed char>(r.nbrot);
+    for (const auto &r : replies.send()) {
+      HexRecord &h = *mesh.hex[r.local];
+      h.nb[r.face] = r.element;
+      h.nbface[r.face] = static_cast<signed char>(r.nbface);
+      h.nbrot[r.face] = static_cast<signed char>(r.nbrot);
+      h.nbpart[r.face] = static_cast<signed char>(r.nbpart);
     }
   }
-
-  // 5. atom IDs of DEs follow those of all atoms, from the IDs of their elements
-
-  tagint last = 0;
-  for (int i = 0; i < nlocal; i++) last = MAX(last, atom->tag[i]);
-  MPI_Allreduce(&last, &de_base, 1, MPI_LMP_TAGINT, MPI_MAX, world);
-  last_element = static_cast<tagint>(last_hex_id());
-  const bigint last_de = static_cast<bigint>(de_base) + 8 * static_cast<bigint>(last_element);
-  if (last_de > MAXTAGINT)
-    error->all(FLERR, "Fix defe needs atom IDs up to {}: compile LAMMPS with -DLAMMPS_BIGBIG",
-               last_de);
-
-  kernels.clear();
-  for (auto *h : mesh) h->kernel = -1;
-
-  if (comm->me == 0)
-    utils::logmesg(lmp,
-                   "Fix defe: {} hexahedra, stable time step {:.6g} (finite), {:.6g} (discrete)\n",
-                   hexes_total, dt_finite, dt_discrete);
 }
 
 /* ----------------------------------------------------------------------
