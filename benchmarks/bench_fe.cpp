@@ -1,9 +1,12 @@
 // Rates of the finite-element kernels on a block of bricks, in element-steps per second: the
-// counter items_per_second. The smallest block has the size of the paper's glass beam.
+// counter items_per_second. The smallest block has the size of the paper's glass beam. The bare
+// loops are what the processor could do at best: linear K u without rotation or criterion.
 
 #include "defe/fe/hex8.h"
 #include "defe/fe/kernel.h"
 #include "defe/fe/stable_step.h"
+
+#include "hex_modes.h"    // private to fe-module: gather and scatter as the kernels do them
 
 #include <benchmark/benchmark.h>
 
@@ -127,6 +130,83 @@ BENCHMARK_CAPTURE(add_forces, lagrangian_bound, lagrangian, bound)->Apply(sizes)
 BENCHMARK_CAPTURE(add_forces, lagrangian_bound_energy, lagrangian, bound | energy)
     ->Apply(beam_only);
 BENCHMARK_CAPTURE(add_forces, lagrangian_gauss_bound, lagrangian, gauss_bound)->Apply(beam_only);
+
+// Bare loops: gather, constant K times u, scatter, `width` elements at a time. What they add to
+// nothing is bound by the gather and the scatter alone; the kernels add rotation and criterion.
+enum BareLoop { gather_scatter, dense_K, brick_K };
+
+template <BareLoop loop> void bare(benchmark::State &state)
+{
+  constexpr int W = simd::width;
+  using simd::Pack;
+  Block block = block_of(state.range(0));
+  std::vector<double> u(block.x.size());
+  for (size_t i = 0; i < u.size(); ++i) u[i] = block.x[i] - block.X[i];
+
+  // K of the nodes, and its eight 3 x 3 blocks on modes: component c of mode m is in block m xor 2^c
+  const Eigen::Matrix<double, 24, 24> K = stiffness(block.shape(0), glass);
+  alignas(64) double dense[24][24], blocks[8][3][3];
+  for (int i = 0; i < 24; ++i)
+    for (int j = 0; j < 24; ++j) dense[i][j] = K(i, j);
+  for (int b = 0; b < 8; ++b)
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        double sum = 0.0;
+        for (int a = 0; a < 8; ++a)
+          for (int c = 0; c < 8; ++c)
+            sum += hex_mode(b ^ (1 << i), a) * hex_mode(b ^ (1 << j), c) * K(3 * a + i, 3 * c + j);
+        blocks[b][i][j] = sum / 64.0;
+      }
+
+  const int n = static_cast<int>(block.hexes.size());
+  const int(*const nodes)[8] = block.nodes();
+  for (auto _ : state) {
+    for (int first = 0; first < n; first += W) {
+      const LaneElements elements{nodes + first, n - first < W ? n - first : W};
+      if constexpr (loop == dense_K) {
+        Pack v[24];
+        for (int a = 0; a < 8; ++a) {
+          const double *of_lane[W];
+          for (int l = 0; l < W; ++l)
+            of_lane[l] = entry(u.data(), elements.nodes[elements.index(l)][a]);
+          for (int i = 0; i < 3; ++i)
+            v[3 * a + i] = simd::generate([&](int l) {
+              return of_lane[l][i];
+            });
+        }
+        for (int a = 0; a < 8; ++a) {
+          Pack f[3] = {};
+          for (int j = 0; j < 24; ++j)
+            for (int i = 0; i < 3; ++i) f[i] -= dense[3 * a + i][j] * v[j];
+          for (int l = 0; l < elements.valid; ++l) {
+            double *node = entry(block.f.data(), nodes[first + l][a]);
+            for (int i = 0; i < 3; ++i) node[i] += f[i][l];
+          }
+        }
+      } else {
+        Pack v[3][8], p[3][8] = {};
+        gather_modes(elements, u.data(), v);
+        for (int b = 0; b < 8; ++b)
+          for (int i = 0; i < 3; ++i) {
+            const int mi = b ^ (1 << i);
+            if constexpr (loop == gather_scatter) {
+              p[i][mi] = v[i][mi];
+            } else {
+              if (mi == 0) continue;    // nodes_to_modes() leaves the mean out
+              for (int j = 0; j < 3; ++j)
+                if ((b ^ (1 << j)) != 0) p[i][mi] -= blocks[b][i][j] * v[j][b ^ (1 << j)];
+            }
+          }
+        scatter_modes(elements, p, block.f.data());
+      }
+    }
+    benchmark::ClobberMemory();
+  }
+  state.SetItemsProcessed(state.iterations() * n);
+}
+BENCHMARK_TEMPLATE(bare, gather_scatter)->Apply(beam_only);
+BENCHMARK_TEMPLATE(bare, dense_K)->Apply(beam_only);
+BENCHMARK_TEMPLATE(bare, brick_K)->Apply(sizes);
 
 // per distinct element shape, once per run
 void frequency(benchmark::State &state)

@@ -1,0 +1,775 @@
+#!/usr/bin/env python3
+"""Measures DEFE and its peers; called by benchmarks/run.sh. Standard library only.
+
+measure.py --build DIR --out DIR [--quick] [--rounds N] [--profile] [--page FILE] [row...]
+
+Every row of the table needs some cases (one LAMMPS run, one Google Benchmark program, ...). The cases
+of all wanted rows run one after the other, and that is repeated --rounds times: what is compared has
+met the same weather. A rate is the median over the rounds; a ratio is the median of the ratios that
+were taken within a round.
+"""
+
+import argparse
+import datetime
+import json
+import math
+import os
+import platform
+import random
+import re
+import shutil
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+INPUTS = HERE / "inputs"
+BEAM = ROOT / "examples" / "glass_beam"
+STEPS = 1667  # of 6e-8 s: the paper's 100 us
+BEAM_HEXES = 5150  # deformable ones
+
+
+class Skip(Exception):
+    """This case cannot be measured here; the text says why."""
+
+
+# ---- running programs ---------------------------------------------------------------------------
+
+
+class Runner:
+    def __init__(self, build, out, quick):
+        self.build, self.out, self.quick = build, out, quick
+        self.lmp = build / "lmp"
+        self.cores = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [0]
+        self.taskset = shutil.which("taskset")
+        self.environment = dict(os.environ, OMP_NUM_THREADS="1")
+        path = os.environ.get("LD_LIBRARY_PATH")
+        self.environment["LD_LIBRARY_PATH"] = f"{build}:{path}" if path else str(build)
+        for name in ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"):
+            self.environment[name] = "1"
+        self.perf = find_perf()
+
+    def pinned(self, command):
+        return [self.taskset, "-c", str(self.cores[-1])] + command if self.taskset else command
+
+    def execute(self, command, folder, log):
+        """Wall and processor time, and peak memory of the process (also of mpirun's largest rank)."""
+        start = time.monotonic()
+        with open(log, "wb") as screen:
+            process = subprocess.Popen([str(c) for c in command], cwd=folder, env=self.environment,
+                                       stdin=subprocess.DEVNULL, stdout=screen, stderr=subprocess.STDOUT)
+            _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status) if hasattr(os, "waitstatus_to_exitcode") else status
+        if process.returncode:
+            tail = Path(log).read_text(errors="replace").splitlines()[-12:]
+            raise RuntimeError(f"{Path(folder).name} failed ({process.returncode}):\n  " + "\n  ".join(tail))
+        wall = time.monotonic() - start
+        return {"wall_s": round(wall, 4), "cpu_s": round(usage.ru_utime + usage.ru_stime, 4),
+                "rss_kB": usage.ru_maxrss, "stolen": usage.ru_nivcsw}
+
+    def lammps(self, name, script, variables=(), ranks=1, folder=None, perf_data=None):
+        """Runs a script; its last (or, with pieces, whole) loop time, steps and atoms."""
+        work = self.out / "runs" / name
+        work.mkdir(parents=True, exist_ok=True)
+        log = work / "log.lammps"
+        command = [str(self.lmp), "-in", str(script), "-log", str(log)]
+        for key, value in dict(variables).items():
+            command += ["-var", key] + ([str(v) for v in value] if isinstance(value, tuple) else [str(value)])
+        if ranks == 1:
+            command = self.pinned(command)
+        else:
+            command = [str(ROOT / "tools" / "mpirun.sh"), str(ranks)] + self.one_core_each(ranks) + command
+        fifo = None
+        if perf_data:
+            fifo = work / "perf.fifo"
+            if fifo.exists():
+                fifo.unlink()
+            os.mkfifo(fifo)
+            command = [self.perf, "record", "-q", "-e", "cpu-clock", "-F", "4999", "-D", "-1",
+                       f"--control=fifo:{fifo}", "-o", str(perf_data), "--"] + command + ["-var", "perf", "yes", "-var", "fifo", str(fifo)]
+        sample = self.execute(command, folder or work, work / "screen.txt")
+        text = log.read_text(errors="replace")
+        loops = re.findall(r"^Loop time of (\S+) on (\d+) procs for (\d+) steps with (\d+) atoms", text, re.M)
+        if not loops or "ERROR" in text:
+            raise RuntimeError(f"{name}: no finished run in its log")
+        sample.update(loop_s=float(loops[-1][0]), steps=int(loops[-1][2]), atoms=int(loops[-1][3]),
+                      ranks=int(loops[-1][1]), all_loops_s=round(sum(float(l[0]) for l in loops), 6))
+        sample["log"] = text
+        return sample
+
+    def one_core_each(self, ranks):
+        if not self.taskset or len(self.cores) < ranks:
+            return []
+        local = "${OMPI_COMM_WORLD_LOCAL_RANK:-${MPI_LOCALRANKID:-${PMI_RANK:-0}}}"
+        cores = " ".join(str(c) for c in self.cores)
+        return ["bash", "-c", f'cores=({cores}); exec taskset -c "${{cores[{local}]}}" "$@"', "rank"]
+
+    def google(self, program, pattern):
+        path = self.build / "benchmarks" / program
+        if not path.exists():
+            raise Skip(f"{program} is not built (-D DEFE_BENCHMARKS=ON)")
+        work = self.out / "runs" / program
+        work.mkdir(parents=True, exist_ok=True)
+        result = work / "result.json"
+        seconds = "0.01" if self.quick else "0.3"
+        command = [str(path), f"--benchmark_filter={pattern}", f"--benchmark_min_time={seconds}",
+                   f"--benchmark_out={result}", "--benchmark_out_format=json"]
+        sample = self.execute(self.pinned(command), work, work / "screen.txt")
+        data = json.loads(result.read_text())
+        sample["rates"] = {b["name"]: b["items_per_second"] for b in data["benchmarks"] if "items_per_second" in b}
+        if not sample["rates"]:
+            raise RuntimeError(f"{program}: no benchmark matches {pattern}")
+        return sample
+
+
+def find_perf():
+    """perf, if it can sample programs here."""
+    perf = shutil.which("perf")
+    if not perf:
+        return None
+    try:
+        done = subprocess.run([perf, "record", "-q", "-e", "cpu-clock", "-o", os.devnull, "true"],
+                              stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=30)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return perf if done.returncode == 0 else None
+
+
+# ---- the cases ----------------------------------------------------------------------------------
+
+# A case is a function of a Runner that returns one sample.
+
+
+def block_size(runner, hexes):
+    """nx, ny, nz of a block of about that many hexahedra."""
+    shapes = {5000: (25, 20, 10), 20000: (40, 25, 20), 50000: (50, 40, 25), 200000: (80, 50, 50), 2000000: (200, 100, 100)}
+    if runner.quick:
+        hexes = {5000: 5000, 20000: 5000, 50000: 5000, 200000: 20000, 2000000: 20000}[hexes]
+    return shapes[hexes]
+
+
+def block(runner, name, hexes, element_steps=10e6, ranks=1, mesh=None):
+    nx, ny, nz = block_size(runner, hexes)
+    n = nx * ny * nz
+    steps = 5 if runner.quick else max(5, round(element_steps / n))
+    variables = {"nx": nx, "ny": ny, "nz": nz, "steps": steps}
+    if mesh:
+        path = runner.out / "runs" / f"distorted.{nx}x{ny}x{nz}.data"
+        if not path.exists():
+            write_distorted_mesh(path, nx, ny, nz)
+        variables.update(shape="general", mesh=path)
+    sample = runner.lammps(name, INPUTS / "in.block", variables, ranks)
+    sample["hexes"] = n
+    sample["rate"] = n * sample["steps"] / sample["loop_s"]
+    sample["bytes_per_hex"] = 1024 * sample["rss_kB"] / n
+    return sample
+
+
+def write_distorted_mesh(path, nx, ny, nz, h=2e-3, amplitude=0.1):
+    """A block whose inner nodes are moved at random by up to `amplitude` of the edge: no two alike."""
+    rng = random.Random(1)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    node = lambda i, j, k: 1 + i + (nx + 1) * (j + (ny + 1) * k)
+    with open(path, "w") as f:
+        f.write(f"distorted block of hexahedra\n\n{(nx + 1) * (ny + 1) * (nz + 1)} atoms\n1 atom types\n{nx * ny * nz} hexes\n\n")
+        for axis, n in zip("xyz", (nx, ny, nz)):
+            f.write(f"{-5 * h} {(n + 5) * h} {axis}lo {axis}hi\n")
+        f.write("\nAtoms # sphere\n\n")
+        for k in range(nz + 1):
+            for j in range(ny + 1):
+                for i in range(nx + 1):
+                    x = [h * (c + (rng.uniform(-amplitude, amplitude) if 0 < c < n else 0.0))
+                         for c, n in ((i, nx), (j, ny), (k, nz))]
+                    f.write("%d 1 0 1 %.12g %.12g %.12g\n" % (node(i, j, k), *x))
+        f.write("\nHexes\n\n")
+        e = 0
+        for k in range(nz):
+            for j in range(ny):
+                for i in range(nx):
+                    e += 1
+                    corners = [node(i + a, j + b, k + c) for c in (0, 1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+                    f.write("%d glass %s\n" % (e, " ".join(map(str, corners))))
+
+
+def beam(runner, name, variables=(), steps=None, perf_data=None):
+    """The steps of the glass beam alone, without the example's output."""
+    work = runner.out / "runs" / name
+    variables = {"number": steps or (100 if runner.quick else STEPS), "example": BEAM, "out": work, **dict(variables)}
+    return runner.lammps(name, INPUTS / "in.beam", variables, perf_data=perf_data)
+
+
+def example(runner, name, script, variables=(), end=1e-4):
+    """A script of examples/glass_beam as a user runs it, without pictures; all of its loop."""
+    work = runner.out / "runs" / name
+    if runner.quick:
+        end = 1.2e-6
+    variables = {"out": work, "pictures": "no", "end": end, **dict(variables)}
+    sample = runner.lammps(name, BEAM / script, variables)
+    sample["steps"] = round(end / 6e-8)
+    sample["loop_s"] = sample["all_loops_s"]
+    return sample
+
+
+def thermo_column(sample, name):
+    """(step, value) of a column of the last run in the log."""
+    rows, column = [], None
+    for line in sample["log"].splitlines():
+        words = line.split()
+        if words[:1] == ["Step"]:
+            column = words.index(name) if name in words else None
+            rows = [] if column is not None else rows
+        elif line.startswith("Loop time"):
+            column = None
+        elif column is not None and words and words[0].isdigit():
+            rows.append((int(words[0]), float(words[column])))
+    return rows
+
+
+def case_dem(r):
+    sample = example(r, "dem", "in.glass_beam", {"variant": "dem"})
+    sample["des"] = thermo_column(sample, "des")[0][1]
+    sample["joints"] = thermo_column(sample, "connective")[0][1]
+    sample["rate"] = sample["des"] * sample["steps"] / sample["loop_s"]
+    return sample
+
+
+def case_bpm(r):
+    sample = example(r, "bpm", "in.bpm")
+    sample["bonds"] = sum(int(b) for b in re.findall(r"^\s*Created (\d+) bonds|^\s*(\d+) bonds added", sample["log"], re.M)
+                          for b in b if b) or None
+    sample["rate"] = 40000 * sample["steps"] / sample["loop_s"]
+    return sample
+
+
+def case_bpm_spring(r):
+    sample = r.lammps("bpm_spring", INPUTS / "in.bpm_spring", {"steps": 20 if r.quick else 1000})
+    sample["bonds"] = 199 * 20 * 10 + 200 * 19 * 10 + 200 * 20 * 9
+    sample["rate"] = sample["bonds"] * sample["steps"] / sample["loop_s"]
+    return sample
+
+
+def two_clocks_variable():
+    """The variable of in.glass_beam that fix defe's keyword `every` reads, if there is one."""
+    text = re.sub(r"&\s*\n", " ", (BEAM / "in.glass_beam").read_text())
+    found = re.search(r"^fix\s+\S+\s+all\s+defe\b.*\bevery\s+\$\{(\w+)\}", text, re.M)
+    return found.group(1) if found else None
+
+
+def case_two_clocks(r):
+    variable = two_clocks_variable()
+    if not variable:
+        raise Skip("in.glass_beam has no keyword `every` of fix defe yet")
+    return example(r, "two_clocks", "in.glass_beam", {variable: 2})
+
+
+def case_trace(r):
+    """Wall time of every step of the adaptive beam, and the steps in which elements convert."""
+    sample = beam(r, "trace", {"trace": "yes"}, steps=480 if r.quick else STEPS)
+    stamps = thermo_column(sample, "CPU")
+    sample["times"] = {b[0]: b[1] - a[1] for a, b in zip(stamps, stamps[1:])}
+    events = (r.out / "runs" / "trace" / "events.txt").read_text()
+    sample["conversions"] = sorted({int(line.split()[0]) for line in events.splitlines() if " convert " in line})
+    return sample
+
+
+def case_chute(r):
+    host = dict(line.split("=", 1) for line in (r.build / "lammps-host.txt").read_text().splitlines()) \
+        if (r.build / "lammps-host.txt").exists() else {}
+    folder = Path(host.get("source", "")) / "bench"
+    if not host or not (folder / "data.chute").exists():
+        raise Skip("no bench/in.chute in the LAMMPS source tree")
+    sample = r.lammps("chute", folder / "in.chute", folder=folder)
+    sample["rate"] = sample["atoms"] * sample["steps"] / sample["loop_s"]
+    return sample
+
+
+def case_lulesh(r):
+    program = os.environ.get("DEFE_LULESH")
+    if not program:
+        raise Skip("no LULESH here: DEFE_LULESH=path of a serial lulesh2.0 runs it")
+    work = r.out / "runs" / "lulesh"
+    work.mkdir(parents=True, exist_ok=True)
+    size = 10 if r.quick else 45
+    sample = r.execute(r.pinned([program, "-s", str(size), "-i", "10" if r.quick else "100"]), work, work / "screen.txt")
+    found = re.search(r"FOM\s*=\s*(\S+)", (work / "screen.txt").read_text())
+    if not found:
+        raise RuntimeError("LULESH printed no FOM")
+    sample["rate"] = float(found.group(1))  # elements times cycles per second
+    return sample
+
+
+def profile_case(name, variables):
+    def case(r):
+        if not r.perf:
+            raise Skip("no perf here that can sample (Debian: linux-perf, kernel.perf_event_paranoid <= 2)")
+        data = r.out / "runs" / f"{name}.perf.data"
+        sample = beam(r, name, variables, perf_data=data)
+        sample["functions"] = read_profile(r.perf, data)
+        return sample
+    return case
+
+
+CASES = {
+    "kernels": lambda r: r.google("bench_fe", "/5150$"),
+    "joint_kernels": lambda r: r.google("bench_joints", "."),
+    "bricks": lambda r: block(r, "bricks", 50000, 20e6),
+    "general": lambda r: block(r, "general", 50000, 5e6, mesh=True),
+    "elastic": lambda r: beam(r, "elastic", {"stress": 1e30}),
+    "adaptive": lambda r: example(r, "adaptive", "in.glass_beam"),
+    "two_clocks": case_two_clocks,
+    "trace": case_trace,
+    "ranks1": lambda r: block(r, "ranks1", 200000, 20e6),
+    "ranks2": lambda r: block(r, "ranks2", 200000, 20e6, ranks=2),
+    "size5000": lambda r: block(r, "size5000", 5000, 10e6),
+    "size20000": lambda r: block(r, "size20000", 20000, 10e6),
+    "size200000": lambda r: block(r, "size200000", 200000, 10e6),
+    "size2000000": lambda r: block(r, "size2000000", 2000000, 30e6),
+    "dem": case_dem,
+    "bpm": case_bpm,
+    "bpm_spring": case_bpm_spring,
+    "chute": case_chute,
+    "lulesh": case_lulesh,
+    "profile_elastic": profile_case("profile_elastic", {"stress": 1e30}),
+    "profile_adaptive": profile_case("profile_adaptive", {}),
+    "profile_dem": profile_case("profile_dem", {"variant": "dem", "number": 300}),
+}
+ONCE_OR_TWICE = {"size2000000": 2, "bpm": 3}  # the long ones: at most so many rounds
+
+
+# ---- profiles -----------------------------------------------------------------------------------
+
+# Where a function belongs; the first that fits.
+SHARES = [
+    ("element kernel", r"fe::.*(add_forces|add_corotational)|HexKernel"),
+    ("joints", r"corner_strain|PairDefe|cohesive|contact_law"),
+    ("surface contact", r"FixDefe::(contact_forces|build_surfaces|FacetPlane)|facet|penalty|friction"),
+    ("criterion", r"FixDefe::mark_elements|max_principal|::stress\("),
+    ("conversion", r"FixDefe::(convert|pre_exchange|ghost_pos|update_totals)|birth|shield"),
+    ("energy ledger", r"FixDefe::(power_of_others|post_force|initial_integrate|end_of_step|fill_vector|fe_energy|setup|compute_)"),
+    ("local indices", r"FixDefe::pre_neighbor|FixDefe::local_hex|FixDefe::"),
+    ("neighbour lists", r"NPair|NBin|NStencil|Neighbor|NeighList"),
+    ("time integration", r"FixNVE|FixSetForce"),
+    ("rigid body", r"FixRigid"),
+    ("communication", r"Comm|AtomVec|AtomMap|Atom::|opal|ompi|mca_|MPI_|PMPI"),
+    ("memset, memcpy", r"mem(set|cpy|move)|libc"),
+    ("rest of LAMMPS", r""),
+]
+
+
+def read_profile(perf, data):
+    """Samples by function: [(samples, library, function)], most first."""
+    done = subprocess.run([perf, "report", "-i", str(data), "--stdio", "--no-children", "-n", "--sort", "dso,sym",
+                           "-t", ";", "-q"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL,
+                          text=True, check=True)
+    functions = []
+    for line in done.stdout.splitlines():
+        words = [w.strip() for w in line.split(";", 3)]
+        if len(words) == 4 and words[0].endswith("%"):
+            functions.append((int(words[1]), words[2], re.sub(r"^\[.\]\s*", "", words[3])))
+    if not functions:
+        raise RuntimeError("perf report gave nothing")
+    return sorted(functions, reverse=True)
+
+
+def share_of(library, function):
+    return next(name for name, pattern in SHARES if re.search(pattern, function) or (pattern and re.search(pattern, library)))
+
+
+def pooled_profile(samples):
+    """Fractions by share and by function, over all rounds."""
+    shares, functions, total = {}, {}, 0
+    for sample in samples:
+        for count, library, function in sample["functions"]:
+            total += count
+            name = share_of(library, function)
+            shares[name] = shares.get(name, 0) + count
+            functions[library, function] = functions.get((library, function), 0) + count
+    order = lambda d: sorted(((v / total, k) for k, v in d.items()), reverse=True)
+    return {"samples": total, "shares": {k: round(v, 4) for v, k in order(shares)},
+            "functions": [{"fraction": round(v, 4), "library": k[0], "function": k[1]} for v, k in order(functions)[:15]]}
+
+
+# ---- the rows of the table ----------------------------------------------------------------------
+
+
+class Line:
+    """One figure. sense: +1 = at least the goal, -1 = at most."""
+
+    def __init__(self, what, unit, values, goal=None, sense=+1, note="", digits=3):
+        self.what, self.unit, self.goal, self.sense, self.note, self.digits = what, unit, goal, sense, note, digits
+        self.values = [v for v in values if v is not None and math.isfinite(v)]
+
+    def json(self, row):
+        line = {"row": row, "what": self.what, "unit": self.unit, "goal": self.goal, "note": self.note,
+                "goal_is": None if self.goal is None else "at least" if self.sense > 0 else "at most"}
+        if self.values:
+            value = statistics.median(self.values)
+            line.update(value=value, lowest=min(self.values), highest=max(self.values), samples=len(self.values))
+            if self.goal is not None:
+                line["reached"] = self.sense * value >= self.sense * self.goal
+        else:
+            line.update(value=None)
+        return line
+
+
+class Samples:
+    """What the rounds gave: samples[case] = list over the rounds, None where it was skipped."""
+
+    def __init__(self):
+        self.of, self.skipped = {}, {}
+
+    def values(self, case, key, scale=1.0):
+        return [scale * s[key] for s in self.of.get(case, []) if s is not None]
+
+    def ratios(self, a, b, key="loop_s"):
+        """a / b within the rounds that have both."""
+        return [x[key] / y[key] for x, y in zip(self.of.get(a, []), self.of.get(b, [])) if x and y]
+
+    def google(self, case, name):
+        return [s["rates"][name] for s in self.of.get(case, []) if s and name in s["rates"]]
+
+    def why(self, *cases):
+        return "; ".join(self.skipped[c] for c in cases if c in self.skipped)
+
+
+def row_kernels(s):
+    M = 1e-6
+    def rate(name, what, note=""):
+        return Line(what, "M element-steps/s", [M * v for v in s.google("kernels", name)], note=note or s.why("kernels"))
+    return [
+        rate("bare<gather_scatter>/5150", "bare loop: gather and scatter alone", "what any kernel is bound by"),
+        rate("bare<brick_K>/5150", "bare loop: gather, Walsh-Hadamard brick K u, scatter"),
+        rate("bare<dense_K>/5150", "bare loop: gather, dense K u, scatter"),
+        rate("add_forces/brick_bound/5150", "brick kernel with criterion, outside LAMMPS"),
+        rate("add_forces/congruent_bound/5150", "congruent hexes with criterion, outside LAMMPS"),
+        rate("add_forces/lagrangian_bound/5150", "total Lagrangian with criterion, outside LAMMPS"),
+        Line("corner-strain joints, outside LAMMPS", "M DE-steps/s", [M * v for v in s.google("joint_kernels", "orthogonal/forces/0")],
+             note=s.why("joint_kernels")),
+    ]
+
+
+def row_bricks(s):
+    return [Line("congruent elastic bricks inside LAMMPS", "M element-steps/s", s.values("bricks", "rate", 1e-6), 12.0)]
+
+
+def row_general(s):
+    return [Line("general hexes, total Lagrangian, inside LAMMPS", "M element-steps/s", s.values("general", "rate", 1e-6), 3.5)]
+
+
+def row_elastic(s):
+    whole = [t / n * 1e6 for t, n in zip(s.values("elastic", "loop_s"), s.values("elastic", "steps"))]
+    lines = [Line("elastic beam: a step", "us", whole)]
+    goal_line = "elastic beam: share of a step outside the element kernel"
+    kernel = s.google("kernels", "add_forces/brick_bound/5150")
+    by_rate = [100 * (1 - 1e6 * BEAM_HEXES / k / t) for k, t in zip(kernel, whole)]
+    samples = [x for x in s.of.get("profile_elastic", []) if x]
+    sampled = []
+    for x in samples:
+        total = sum(c for c, _, _ in x["functions"])
+        inside = sum(c for c, lib, f in x["functions"] if share_of(lib, f) == "element kernel")
+        sampled.append(100 * (1 - inside / total))
+    note = "samples of perf" if sampled else s.why("profile_elastic")
+    lines.append(Line(goal_line, "%", sampled or by_rate, 35.0, -1, note))
+    lines.append(Line("the same from the kernel's rate outside LAMMPS", "%", by_rate, note=s.why("kernels")))
+    return lines
+
+
+def row_dem(s):
+    joints = [x["joints"] * x["steps"] / x["loop_s"] * 1e-6 for x in s.of.get("dem", []) if x]
+    per_de = [b["rate"] and a["rate"] / b["rate"] for a, b in zip(s.of.get("dem", []), s.of.get("bpm", [])) if a and b]
+    return [
+        Line("pure DEM", "M DE-steps/s", s.values("dem", "rate", 1e-6), 6.0),
+        Line("pure DEM", "M joint-steps/s", joints, 18.0),
+        Line("pure DEM: times faster than bpm/rotational, per sphere", "", per_de, 2.5,
+             note="39 600 DEs, 200 hexes, contact and output against 40 000 spheres"),
+        Line("bpm/rotational, the same beam", "M atom-steps/s", s.values("bpm", "rate", 1e-6)),
+        Line("bpm/spring, the same lattice, nothing breaks", "M bond-steps/s", s.values("bpm_spring", "rate", 1e-6)),
+    ]
+
+
+def row_adaptive(s):
+    return [
+        Line("adaptive beam, whole loop, 1667 steps", "s", s.values("adaptive", "loop_s"), 1.1, -1),
+        Line("adaptive beam: times faster than bpm/rotational", "", s.ratios("bpm", "adaptive"), 24.0),
+        Line("adaptive beam: times faster than our pure DEM", "", s.ratios("dem", "adaptive"), 8.0),
+        Line("pure DEM, whole loop", "s", s.values("dem", "loop_s")),
+        Line("bpm/rotational, whole loop", "s", s.values("bpm", "loop_s")),
+    ]
+
+
+def row_two_clocks(s):
+    return [Line("adaptive beam with two clocks (elements every 2nd step)", "s", s.values("two_clocks", "loop_s"), 0.6, -1,
+                 s.why("two_clocks"))]
+
+
+def conversion_cost(traces):
+    """Extra time of every conversion event in ordinary steps: [(step, cost)].
+
+    The runs are the same step by step, so that the shortest time of a step over the rounds is free of
+    what else the machine did. An event costs what the step in which it happens and the two after it
+    take longer than the median of the steps around."""
+    if not traces:
+        return []
+    steps = sorted(traces[0]["times"])
+    best = {n: min(t["times"][n] for t in traces) for n in steps}
+    events = [n for n in traces[0]["conversions"] if n in best]
+    cost = []
+    for n in events:
+        around = [best[m] for m in range(n - 25, n + 26) if m in best and all(abs(m - e) > 2 for e in events)]
+        if len(around) < 5:
+            around = [best[m] for m in steps if all(abs(m - e) > 2 for e in events) and abs(m - n) < 100]
+        after = [m for m in (n, n + 1, n + 2) if m in best and not (m > n and any(m >= e > n for e in events))]
+        ordinary = statistics.median(around)
+        cost.append((n, sum(best[m] - ordinary for m in after) / ordinary))
+    return cost
+
+
+def row_event(s):
+    traces = [t for t in s.of.get("trace", []) if t]
+    cost = conversion_cost(traces)
+    return [
+        Line("one conversion event: extra time in ordinary steps (median of the events)", "steps",
+             [statistics.median(c for _, c in cost)] if cost else [], 3.0, -1, f"{len(cost)} events" if cost else "no conversion"),
+        Line("the dearest event", "steps", [max(c for _, c in cost)] if cost else []),
+    ]
+
+
+def row_ranks(s):
+    few = "" if len(os.sched_getaffinity(0)) >= 2 else "fewer than two cores here"
+    return [Line("two ranks, block of 200 000 hexes: speed-up", "", s.ratios("ranks1", "ranks2"), 1.8, note=few)]
+
+
+SIZES = ["size5000", "size20000", "size200000", "size2000000"]
+
+
+def row_size(s):
+    lines = []
+    medians = {}
+    for case in SIZES:
+        samples = [x for x in s.of.get(case, []) if x]
+        if samples:
+            cost = [1e9 / x["rate"] for x in samples]
+            medians[case] = statistics.median(cost)
+            lines.append(Line(f"cost of an element-step, {samples[0]['hexes']} hexes".replace("000000 h", " 000 000 h").replace("000 h", " 000 h"), "ns", cost))
+    spread = [max(medians.values()) / min(medians.values())] if len(medians) == len(SIZES) else []
+    lines.append(Line("dearest by cheapest of these", "", spread, 1.5, -1))
+    big = [x for x in s.of.get(SIZES[-1], []) if x]
+    lines.append(Line("peak memory per hex, LAMMPS included, largest block", "kB", [x["bytes_per_hex"] / 1000 for x in big], 1.0, -1))
+    return lines
+
+
+def row_peers(s):
+    return [
+        Line("LAMMPS' chute benchmark", "M atom-steps/s", s.values("chute", "rate", 1e-6), note=s.why("chute")),
+        Line("LULESH, one-point hex", "M element-steps/s", s.values("lulesh", "rate", 1e-6),
+             note=s.why("lulesh") + "; 1.55 on a machine like this, as given" if "lulesh" in s.skipped else ""),
+    ]
+
+
+ROWS = {
+    "kernels": (row_kernels, ["kernels", "joint_kernels"]),
+    "bricks": (row_bricks, ["bricks"]),
+    "general": (row_general, ["general"]),
+    "elastic": (row_elastic, ["elastic", "kernels", "profile_elastic"]),
+    "dem": (row_dem, ["dem", "bpm", "bpm_spring"]),
+    "adaptive": (row_adaptive, ["adaptive", "dem", "bpm"]),
+    "two_clocks": (row_two_clocks, ["two_clocks"]),
+    "event": (row_event, ["trace"]),
+    "ranks": (row_ranks, ["ranks1", "ranks2"]),
+    "size": (row_size, SIZES),
+    "peers": (row_peers, ["chute", "lulesh"]),
+}
+PROFILES = {"profile_elastic": "elastic beam", "profile_adaptive": "adaptive beam", "profile_dem": "pure DEM"}
+
+
+# ---- the machine --------------------------------------------------------------------------------
+
+
+def read(path, default=""):
+    try:
+        return Path(path).read_text(errors="replace")
+    except OSError:
+        return default
+
+
+def command_output(*command):
+    try:
+        return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL,
+                              text=True, cwd=ROOT).stdout.strip()
+    except OSError:
+        return ""
+
+
+def machine(build):
+    cpu = read("/proc/cpuinfo")
+    field = lambda name: (re.search(rf"^{name}\s*:\s*(.*)", cpu, re.M) or [None, ""])[1]
+    cache = {}
+    for folder in sorted(Path("/sys/devices/system/cpu/cpu0/cache").glob("index*")):
+        cache[f"L{read(folder / 'level').strip()} {read(folder / 'type').strip()}"] = read(folder / "size").strip()
+    settings = dict(re.findall(r"^(\w+):\w+=(.*)$", read(build / "CMakeCache.txt"), re.M))
+    compiler = settings.get("CMAKE_CXX_COMPILER", "c++")
+    flags = field("flags").split()
+    return {
+        "cpu": field("model name") or platform.processor(),
+        "cores": len(os.sched_getaffinity(0)),
+        "hypervisor": "hypervisor" in flags,
+        "simd": [f for f in ("sse2", "avx", "avx2", "fma", "avx512f", "avx512dq") if f in flags],
+        "cache": cache,
+        "memory_GB": round(int((re.search(r"MemTotal:\s*(\d+)", read("/proc/meminfo")) or [0, 0])[1]) / 1e6, 1),
+        "kernel": platform.release(),
+        "compiler": command_output(compiler, "--version").split("\n")[0],
+        "build_type": settings.get("CMAKE_BUILD_TYPE", ""),
+        "flags": settings.get("CMAKE_CXX_FLAGS_RELEASE", ""),
+        "native": settings.get("DEFE_NATIVE", ""),
+        "commit": command_output("git", "describe", "--always", "--dirty"),
+        "load_before": os.getloadavg()[0],
+    }
+
+
+# ---- the page -----------------------------------------------------------------------------------
+
+
+def number(value):
+    if value is None:
+        return "-"
+    if value == 0:
+        return "0"
+    digits = max(0, 2 - math.floor(math.log10(abs(value))))
+    return f"{value:.{digits}f}"
+
+
+def table(report):
+    text = ["| what | measured | range | to reach | |", "|---|---|---|---|---|"]
+    for line in report["lines"]:
+        goal = "" if line["goal"] is None else f"{line['goal_is']} {line['goal']:g}"
+        mark = {True: "reached", False: "**not reached**", None: ""}[line.get("reached")]
+        spread = "" if line.get("samples", 0) < 2 else f"{number(line['lowest'])} to {number(line['highest'])}"
+        note = "; ".join(t for t in (mark, line["note"]) if t)
+        unit = f" {line['unit']}" if line["unit"] and line["value"] is not None else ""
+        text.append(f"| {line['what']} | {number(line['value'])}{unit} | {spread} | {goal} | {note} |")
+    return "\n".join(text)
+
+
+def short(function):
+    """A function's name without its arguments and template parameters."""
+    name = re.sub(r"\(anonymous namespace\)::|\[clone [^]]*\]", "", function)
+    depth, out = 0, ""
+    for c in name:
+        if c in "<(":
+            depth += 1
+        elif c in ">)":
+            depth -= 1
+        elif depth == 0:
+            out += c
+    out = out.replace("LAMMPS_NS::", "").replace("defe::", "").strip()
+    return re.sub(r"^(void|double|int|bool|auto) ", "", out) or function
+
+
+def profile_tables(report):
+    text = []
+    for key, profile in report["profiles"].items():
+        text += ["", f"**{PROFILES[key][0].upper() + PROFILES[key][1:]}** ({profile['samples']} samples of the steps alone): " +
+                 ", ".join(f"{name} {100 * f:.1f} %" for name, f in profile["shares"].items() if f >= 0.002) + ".", "",
+                 "| % | function | in |", "|---|---|---|"]
+        text += [f"| {100 * f['fraction']:.1f} | `{short(f['function'])}` | {f['library']} |" for f in profile["functions"] if f["fraction"] >= 0.005]
+    return "\n".join(text)
+
+
+def page(report):
+    m = report["machine"]
+    disturbed = f" {report['disturbed']} of {report['runs']} runs did not have their core to themselves (see README.md)." if report["disturbed"] else ""
+    text = [
+        f"{report['date']}, commit {m['commit']}{', quick: figures mean nothing' if report['quick'] else ''}. "
+        f"{m['cpu']}, {m['cores']} cores{' of a virtual machine' if m['hypervisor'] else ''}, "
+        f"{', '.join(f'{k} {v}' for k, v in m['cache'].items())}; {m['compiler']}, {m['build_type']}, "
+        f"{'-march=native' if m['native'] == 'ON' else 'portable'}. One core per rank; {report['rounds']} rounds.{disturbed}",
+        "", table(report)]
+    if report["profiles"]:
+        text += ["", "Where the time of a step goes (perf, by function):", profile_tables(report)]
+    return "\n".join(text) + "\n"
+
+
+def replace_in_page(path, text):
+    begin, end = "<!-- results: written by run.sh --page -->", "<!-- end of results -->"
+    old = path.read_text()
+    if begin not in old or end not in old:
+        sys.exit(f"{path.name} has no place for results")
+    path.write_text(old[:old.index(begin) + len(begin)] + "\n\n" + text + "\n" + old[old.index(end):])
+
+
+# ---- main ---------------------------------------------------------------------------------------
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Measures DEFE and its peers.")
+    parser.add_argument("--build", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--rounds", type=int)
+    parser.add_argument("--profile", action="store_true")
+    parser.add_argument("--page", type=Path)
+    parser.add_argument("rows", nargs="*", help=", ".join(ROWS))
+    args = parser.parse_args()
+    unknown = [r for r in args.rows if r not in ROWS]
+    if unknown:
+        sys.exit(f"unknown row {unknown[0]}: use {', '.join(ROWS)}")
+    rows = args.rows or list(ROWS)
+    rounds = args.rounds or (1 if args.quick else 5)
+    args.build, args.out = args.build.resolve(), args.out.resolve()
+    args.out.mkdir(parents=True, exist_ok=True)
+    runner = Runner(args.build, args.out, args.quick)
+    if not runner.lmp.exists() or not (args.build / "defeplugin.so").exists():
+        sys.exit(f"no lmp or no defeplugin.so in {args.build}: build DEFE first")
+
+    about = machine(args.build)
+    if about["load_before"] > 0.5 and not args.quick:
+        print(f"benchmarks: load {about['load_before']:.1f} before the first run: something else is running", file=sys.stderr)
+
+    cases = list(dict.fromkeys(c for r in rows for c in ROWS[r][1]))
+    if args.profile:
+        cases += [c for c in PROFILES if c not in cases]
+    samples = Samples()
+    samples.of = {c: [] for c in cases}
+    for turn in range(rounds):
+        for case in cases:
+            if case in samples.skipped or turn >= ONCE_OR_TWICE.get(case, rounds):
+                samples.of[case].append(None)
+                continue
+            print(f"benchmarks: round {turn + 1} of {rounds}: {case}", file=sys.stderr, flush=True)
+            try:
+                samples.of[case].append(CASES[case](runner))
+            except Skip as reason:
+                samples.skipped[case] = str(reason)
+                samples.of[case].append(None)
+
+    lines = [line.json(row) for row in rows for line in ROWS[row][0](samples)]
+    # a process that waits for nothing uses all of its core: less is a neighbour's share
+    single = [s for c in cases for s in samples.of[c] if s and c != "ranks2" and s["wall_s"] > 0.2]
+    report = {
+        "date": datetime.date.today().isoformat(),
+        "quick": args.quick,
+        "rounds": rounds,
+        "machine": about,
+        "lines": lines,
+        "profiles": {c: pooled_profile([x for x in samples.of[c] if x]) for c in PROFILES
+                     if args.profile and any(samples.of.get(c, []))},
+        "skipped": samples.skipped,
+        "runs": len(single),
+        "disturbed": sum(s["cpu_s"] < 0.97 * s["wall_s"] for s in single),
+        "cases": {c: [{k: v for k, v in s.items() if k not in ("log", "times", "functions", "conversions")} if s else None
+                      for s in samples.of[c]] for c in cases},
+        "conversions": [{"step": n, "cost": round(c, 3)} for n, c in conversion_cost([t for t in samples.of.get("trace", []) if t])],
+    }
+    (args.out / "results.json").write_text(json.dumps(report, indent=1) + "\n")
+    text = page(report)
+    (args.out / "results.md").write_text(text)
+    print(text)
+    if args.page:
+        replace_in_page(args.page, text)
+
+
+if __name__ == "__main__":
+    main()
