@@ -345,7 +345,7 @@ ONCE_OR_TWICE = {"size2000000": 2, "bpm": 3}  # the long ones: at most so many r
 SHARES = [
     ("element kernel", r"fe::.*(add_forces|add_corotational)|HexKernel"),
     ("joints", r"corner_strain|PairDefe|cohesive|contact_law"),
-    ("surface contact", r"FixDefe::(contact_forces|build_surfaces|FacetPlane)|facet|penalty|friction"),
+    ("surface contact", r"FixDefe::(contact_forces|build_surfaces|FacetPlane)|[Ff]acet|project_point|penalty|friction|hypot"),
     ("criterion", r"FixDefe::mark_elements|max_principal|::stress\("),
     ("conversion", r"FixDefe::(convert|pre_exchange|ghost_pos|update_totals)|birth|shield"),
     ("energy ledger", r"FixDefe::(power_of_others|post_force|initial_integrate|end_of_step|fill_vector|fe_energy|setup|compute_)"),
@@ -386,7 +386,8 @@ def pooled_profile(samples):
             total += count
             name = share_of(library, function)
             shares[name] = shares.get(name, 0) + count
-            functions[library, function] = functions.get((library, function), 0) + count
+            key = library, short(function)  # instances of one template together
+            functions[key] = functions.get(key, 0) + count
     order = lambda d: sorted(((v / total, k) for k, v in d.items()), reverse=True)
     return {"samples": total, "shares": {k: round(v, 4) for v, k in order(shares)},
             "functions": [{"fraction": round(v, 4), "library": k[0], "function": k[1]} for v, k in order(functions)[:15]]}
@@ -471,7 +472,7 @@ def row_elastic(s):
         total = sum(c for c, _, _ in x["functions"])
         inside = sum(c for c, lib, f in x["functions"] if share_of(lib, f) == "element kernel")
         sampled.append(100 * (1 - inside / total))
-    note = "samples of perf" if sampled else s.why("profile_elastic")
+    note = "samples of perf" if sampled else s.why("profile_elastic", "kernels")
     lines.append(Line(goal_line, "%", sampled or by_rate, 35.0, -1, note))
     lines.append(Line("the same from the kernel's rate outside LAMMPS", "%", by_rate, note=s.why("kernels")))
     return lines
@@ -674,7 +675,7 @@ def profile_tables(report):
         text += ["", f"**{PROFILES[key][0].upper() + PROFILES[key][1:]}** ({profile['samples']} samples of the steps alone): " +
                  ", ".join(f"{name} {100 * f:.1f} %" for name, f in profile["shares"].items() if f >= 0.002) + ".", "",
                  "| % | function | in |", "|---|---|---|"]
-        text += [f"| {100 * f['fraction']:.1f} | `{short(f['function'])}` | {f['library']} |" for f in profile["functions"] if f["fraction"] >= 0.005]
+        text += [f"| {100 * f['fraction']:.1f} | `{f['function']}` | {f['library']} |" for f in profile["functions"] if f["fraction"] >= 0.005]
     return "\n".join(text)
 
 
