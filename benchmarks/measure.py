@@ -201,7 +201,11 @@ def write_distorted_mesh(path, nx, ny, nz, h=2e-3, amplitude=0.1):
 def beam(runner, name, variables=(), steps=None, perf_data=None):
     """The steps of the glass beam alone, without the example's output."""
     work = runner.out / "runs" / name
-    variables = {"number": steps or (100 if runner.quick else STEPS), "example": BEAM, "out": work, **dict(variables)}
+    variables = {"number": STEPS, "example": BEAM, "out": work, **dict(variables)}
+    if runner.quick:
+        variables["number"] = min(variables["number"], 50)
+    if steps:
+        variables["number"] = steps
     return runner.lammps(name, INPUTS / "in.beam", variables, perf_data=perf_data)
 
 
@@ -336,6 +340,7 @@ CASES = {
     "lulesh": case_lulesh,
     "profile_elastic": profile_case("profile_elastic", {"stress": 1e30}),
     "profile_adaptive": profile_case("profile_adaptive", {}),
+    "profile_rebuild": profile_case("profile_rebuild", {"stress": 1e30, "rebuild": "yes", "number": 200}),
     "profile_dem": profile_case("profile_dem", {"variant": "dem", "number": 300}),
 }
 ONCE_OR_TWICE = {"size2000000": 2, "bpm": 3}  # the long ones: at most so many rounds
@@ -347,16 +352,19 @@ ONCE_OR_TWICE = {"size2000000": 2, "bpm": 3}  # the long ones: at most so many r
 SHARES = [
     ("element kernel", r"fe::.*(add_forces|add_corotational)"),
     ("joints", r"corner_strain|PairDefe|cohesive|contact_law"),
-    ("surface contact", r"FixDefe::(contact_forces|build_surfaces|FacetPlane)|[Ff]acet|project_point|penalty|friction|hypot"),
+    ("search for contacts", r"build_surfaces|HexPod|face_area|volume|jacobian|shape_gradient"),
+    ("surface contact", r"FixDefe::(contact_forces|FacetPlane)|[Ff]acet|closest_point|project_point|Bilinear|penalty|friction|hypot"),
     ("criterion", r"FixDefe::mark_elements|max_principal|::stress\("),
     ("conversion", r"FixDefe::(convert|pre_exchange|ghost_pos|update_totals)|birth|shield"),
     ("energy ledger", r"FixDefe::(power_of_others|post_force|initial_integrate|end_of_step|fill_vector|fe_energy|setup|compute_)"),
-    ("local indices", r"FixDefe::pre_neighbor|FixDefe::local_hex|FixDefe::"),
-    ("neighbour lists", r"NPair|NBin|NStencil|Neighbor|NeighList"),
+    ("local indices", r"FixDefe::|closest_image|is_orthogonal"),
+    ("neighbour lists", r"NPair|NBin|NStencil|Neigh|MyPage"),
     ("time integration", r"FixNVE|FixSetForce"),
     ("rigid body", r"FixRigid"),
     ("communication", r"Comm|AtomVec|AtomMap|Atom::|opal|ompi|mca_|MPI_|PMPI"),
-    ("memset, memcpy", r"mem(set|cpy|move)|libc"),
+    ("memset, memcpy", r"mem(set|cpy|move)"),
+    ("malloc, free", r"malloc|free|unlink_chunk|operator (new|delete)"),
+    ("system", r"\[kernel|clock_gettime"),
     ("rest of LAMMPS", r""),
 ]
 
@@ -585,7 +593,9 @@ ROWS = {
     "size": (row_size, SIZES),
     "peers": (row_peers, ["chute", "lulesh"]),
 }
-PROFILES = {"profile_elastic": "elastic beam", "profile_adaptive": "adaptive beam", "profile_dem": "pure DEM"}
+PROFILES = {"profile_elastic": "elastic beam", "profile_adaptive": "adaptive beam",
+            "profile_rebuild": "elastic beam, reneighbouring in every step (most of what a conversion costs)",
+            "profile_dem": "pure DEM"}
 
 
 # ---- the machine --------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/../tools/common.sh"
 args=()
 while (($#)); do
   case $1 in
-    -h | --help) sed -n '2,11s/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    -h | --help) sed -n '2,10s/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
     --page) args+=(--page "$DEFE_ROOT/benchmarks/README.md") ;;
     --rounds)
       [[ ${2:-} =~ ^[1-9][0-9]*$ ]] || { echo '--rounds needs a number' >&2; exit 2; }

@@ -13,7 +13,7 @@ for group; do
         libpng-dev zlib1g-dev dpkg-dev xz-utils ca-certificates) ;;
     tests) packages+=(libgtest-dev libgmock-dev) ;;
     plots) packages+=(python3 python3-numpy python3-matplotlib python3-pil) ;;
-    benchmarks) packages+=(libbenchmark-dev) ;;
+    benchmarks) packages+=(libbenchmark-dev linux-perf python3) ;;
     fuzz) packages+=(clang libclang-rt-dev) ;;
     valgrind) packages+=(valgrind libc6-dbg) ;;
     *) echo "install-deps.sh: unknown group $group (build, tests, plots, benchmarks, fuzz, valgrind)" >&2; exit 2 ;;
