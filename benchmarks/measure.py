@@ -166,6 +166,9 @@ def block(runner, name, hexes, element_steps=10e6, ranks=1, mesh=None):
             write_distorted_mesh(path, nx, ny, nz)
         variables.update(shape="general", mesh=path)
     sample = runner.lammps(name, INPUTS / "in.block", variables, ranks)
+    state = re.search(r"^highest stress (\S+), converted (\d+)", sample["log"], re.M)
+    if not state or int(state.group(2)) or not 1e6 < float(state.group(1)) < 56e6:
+        raise RuntimeError(f"{name}: the block is not in the state that it should be timed in")
     sample["hexes"] = n
     sample["rate"] = n * sample["steps"] / sample["loop_s"]
     sample["bytes_per_hex"] = 1024 * sample["rss_kB"] / n
