@@ -454,7 +454,7 @@ class Samples:
 def row_kernels(s):
     M = 1e-6
     def rate(name, what, note=""):
-        return Line(what, "M element-steps/s", [M * v for v in s.google("kernels", name)], note=note or s.why("kernels"))
+        return Line(what, "M element-steps/s", [M * v for v in s.google("kernels", name)], note=s.why("kernels") or note)
     return [
         rate("bare<gather_scatter>/5150", "bare loop: gather and scatter alone", "what any kernel is bound by"),
         rate("bare<brick_K>/5150", "bare loop: gather, Walsh-Hadamard brick K u, scatter"),
