@@ -168,8 +168,8 @@ def main():
     if min(*options.thickness, *options.layers, options.size, options.width) <= 0:
         parser.error("lengths and numbers of layers must be positive")
     # Recombination can leave a triangle or a bad corner, by chance: another size then helps.
-    for k in range(12):
-        factor = 1.0 - 0.01 * ((k + 1) // 2) * (-1)**k
+    for k in range(16):
+        factor = 1.0 - 0.015 * ((k + 1) // 2) * (-1)**k
         count, quality = make(options, factor)
         if quality >= 0.5:
             print(f"{options.mesh}: {count} hexahedra; the smallest sine of a corner is {quality:.3f}; "
