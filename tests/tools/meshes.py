@@ -42,6 +42,19 @@ def block(n, size, origin=(0, 0, 0), irregular=0.0):
     return points + np.asarray(origin), np.array(hexes)
 
 
+def turned(nodes):
+    """The same for all 24 numberings of a hexahedron, and for none that is inside out: the nodes along an edge
+    from the smallest corner, and so on."""
+    edges = {0: (1, 3, 4), 1: (2, 0, 5), 2: (3, 1, 6), 3: (0, 2, 7), 4: (7, 5, 0), 5: (4, 6, 1), 6: (5, 7, 2), 7: (6, 4, 3)}
+    first = min(range(8), key=lambda k: nodes[k])
+    cycle = edges[first]  # right-handed in this order
+    k = min(range(3), key=lambda k: nodes[cycle[k]])
+    a, b, c = cycle[k:] + cycle[:k]
+    far = {frozenset(edges[n]): n for n in range(8)}
+    corner = {pair: next(n for n in range(8) if n != first and set(pair) <= set(edges[n])) for pair in ((a, b), (b, c), (a, c))}
+    return tuple(nodes[n] for n in (first, a, b, c, corner[a, b], corner[b, c], corner[a, c], far[frozenset(corner.values())]))
+
+
 def inp(points, elements, extra="", kind="C3D8", first_node=1, first_element=1):
     """An Abaqus file: elements is a list of (ELSET or None, hexahedra)."""
     lines = ["*HEADING", "*NODE"]
@@ -92,8 +105,9 @@ class Data:
                     ids |= set(range(int(first), int(last or first) + 1))
 
     def shape(self):
-        """Every element by its part and the places of its nodes: whatever the numbers are."""
-        return sorted((self.part[e], tuple(self.x[node] for node in nodes)) for e, nodes in self.nodes.items())
+        """Every element by its part and the places of its nodes, whatever the numbers are and whichever node
+        comes first."""
+        return sorted((self.part[e], turned(tuple(self.x[node] for node in nodes))) for e, nodes in self.nodes.items())
 
     def places(self, group):
         return {self.x[node] for node in self.groups[group]}
@@ -147,4 +161,4 @@ def environment(name):
     return value
 
 
-__all__ = ["Case", "Data", "SOURCE", "TOOL", "block", "environment", "inp", "meshio", "np"]
+__all__ = ["Case", "Data", "SOURCE", "TOOL", "block", "environment", "inp", "meshio", "np", "turned"]

@@ -4,7 +4,7 @@ import subprocess
 import sys
 import unittest
 
-from meshes import Case, SOURCE, TOOL, block, inp, meshio, np
+from meshes import Case, SOURCE, TOOL, block, inp, meshio, np, turned
 
 LEFT_FACE = [0, 3, 7, 4]
 
@@ -47,8 +47,8 @@ class RoundTrip(Case):
         data = self.convert(path)
         points, glass, pvb, quads = two_parts()
         place = [tuple(x) for x in points.tolist()]
-        expected = sorted([("glass", tuple(place[n] for n in nodes)) for nodes in glass]
-                          + [("pvb", tuple(place[n] for n in nodes)) for nodes in pvb])
+        expected = sorted([("glass", turned([place[n] for n in nodes])) for nodes in glass]
+                          + [("pvb", turned([place[n] for n in nodes])) for nodes in pvb])
         self.assertEqual(data.shape(), expected)  # every coordinate to the last bit
         self.assertEqual(len(data.x), len(points))
         self.assertEqual(set(data.groups), {"glass", "pvb", "left"})
@@ -58,6 +58,9 @@ class RoundTrip(Case):
         # a node of both parts has the type of the first
         for node, kind in data.type.items():
             self.assertEqual(kind, 1 if node in data.groups["glass"] else 2)
+        # every element has a node that is its part's alone: it comes first
+        for element, nodes in data.nodes.items():
+            self.assertEqual(data.type[nodes[0]], 1 if data.part[element] == "glass" else 2)
         self.assertEqual(data.header["atom types"], "2")
         for axis, name in enumerate("xyz"):
             self.assertEqual(data.box[name], (points[:, axis].min(), points[:, axis].max()))
@@ -133,6 +136,14 @@ class Gmsh(Case):
         self.assertEqual(sorted(data.x), [10 * k + 1003 for k in range(12)])
         self.assertEqual(data.groups["the_left"], {1003, 1013, 1023, 1033})
         self.assertEqual([data.x[n] for n in data.nodes[590]], [tuple(x) for x in block((2, 1, 1), 1.0)[0][hexes[0]].tolist()])
+
+    def test_turned_is_no_mirror(self):
+        nodes = [tuple(x) for x in block((1, 1, 1), 1.0, irregular=0.1)[0].tolist()]
+        hexes = block((1, 1, 1), 1.0)[1][0]
+        nodes = [nodes[n] for n in hexes]
+        self.assertEqual(turned(nodes), turned([nodes[k] for k in (1, 2, 3, 0, 5, 6, 7, 4)]))
+        self.assertEqual(turned(nodes), turned([nodes[k] for k in (3, 2, 6, 7, 0, 1, 5, 4)]))
+        self.assertNotEqual(turned(nodes), turned([nodes[k] for k in (4, 5, 6, 7, 0, 1, 2, 3)]))
 
     def test_group_without_a_name(self):
         hexes = block((2, 1, 1), 1.0)[1]
