@@ -161,4 +161,4 @@ def environment(name):
     return value
 
 
-__all__ = ["Case", "Data", "SOURCE", "TOOL", "block", "environment", "inp", "meshio", "np", "turned"]
+__all__ = ["Case", "Data", "SOURCE", "TOOL", "block", "environment", "inp", "mesh2data", "meshio", "np", "turned"]

@@ -4,7 +4,7 @@ import subprocess
 import sys
 import unittest
 
-from meshes import Case, SOURCE, TOOL, block, inp, meshio, np, turned
+from meshes import Case, SOURCE, TOOL, block, inp, mesh2data, meshio, np, turned
 
 LEFT_FACE = [0, 3, 7, 4]
 
@@ -284,6 +284,7 @@ class Abaqus(Case):
                 (lambda t: t + "*INSTANCE, NAME=i, PART=a\n0., 0., 5.\n", ["*INSTANCE"]),
                 (lambda t: t + "*NSET, NSET=s\n1, 200\n", ["node set 's'", "no node 200"]),
                 (lambda t: t + "*ELSET, ELSET=s\n40, 200\n", ["element set 's'", "no element 200"]),
+                (lambda t: t + "*NSET, NSET=s, ELSET=later\n", ["no element set 'later'"]),
                 (lambda t: t + "*NSET, NSET=s\nother\n", ["no set 'other'"]),
                 (lambda t: t.replace("*NODE\n1,", "*NODE\nx,"), ["'x' is not a number"]),
                 (lambda t: t.replace("*NODE\n1, 0.0", "*NODE\n1, nan"), ["not finite", "element 40"]),
@@ -368,7 +369,7 @@ class Options(Case):
     def test_merge(self):
         path = self.two_bodies(1e-4)
         self.assertEqual(len(self.convert(path).x), 24)
-        self.assertEqual(len(self.convert(path, "--merge", 5e-5).x), 24)
+        self.assertEqual(len(self.convert(path, "--merge", 9e-5).x), 24)
         data = self.convert(path, "--merge", 2e-4)
         self.assertEqual(len(data.x), 18)
         self.assertIn("6 nodes merged", self.summary)
@@ -377,6 +378,14 @@ class Options(Case):
         self.refuse(path, "joins nodes of elements 1, 2", options=["--merge", 1.5])
         # the tolerance is meant in the units of the data file
         self.assertEqual(len(self.convert(path, "--scale", 1e-3, "--merge", 2e-7).x), 18)
+
+    def test_close_pairs(self):
+        points = np.random.default_rng(3).uniform(-1, 1, (400, 3))
+        distance = np.linalg.norm(points[:, None] - points[None], axis=2)
+        for tolerance in 0.06, 0.1, 0.3:
+            expected = [(i, j) for i, j in zip(*np.nonzero(distance <= tolerance)) if i < j]
+            self.assertGreater(len(expected), 0)
+            self.assertEqual([tuple(pair) for pair in mesh2data.close_pairs(points, tolerance)], expected)
 
     def test_touching_parts_are_told(self):
         self.convert(self.two_bodies(0.0))
