@@ -539,6 +539,16 @@ class Pane(Case):
             self.assertEqual(len(data.groups["outer"] & data.groups["pvb"]), len(data.groups["inner_face"]))
         self.assertEqual({z for _, _, z in flat.places("outer_face")}, {0.0})
 
+    def test_flat_disc(self):
+        data = self.convert(self.pane("disc.msh", "--outline", "disc", "--width", 60, "--radius-x", 0, "--radius-y", 0, "--size", 3,
+                                      "--thickness", 3, 1, 2, "--layers", 3, 1, 1))
+        self.assertEqual({z for _, _, z in data.x.values()}, {0.0, -1.0, -2.0, -3.0, -4.0, -6.0})
+        x, y, _ = np.array(sorted(data.places("edge"))).T
+        self.assertLess(abs(np.hypot(x, y) - 30).max(), 1e-10)
+        n = len(data.groups["inner_rim"])  # the rim is a polygon of n sides, nearly a regular one
+        for name, thickness in (("outer", 3), ("pvb", 1), ("inner", 2)):
+            self.assertAlmostEqual(self.volumes()[name] / (thickness * n / 2 * 30**2 * np.sin(2 * np.pi / n)), 1.0, delta=1e-4)
+
     def test_curvature_and_quality(self):
         data = self.convert(self.pane("pane.msh", "--size", 4))
         quality = float(self.summary.split("scaled Jacobian ")[1].split()[0])
