@@ -1,10 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that DEFE needs and this machine lacks.
-<<<<<<< HEAD
-#   install-deps.sh [build] [tests] [plots] [benchmarks] [fuzz] [valgrind]  (the first four without)
-=======
-#   install-deps.sh [build] [tests] [plots] [meshes] [benchmarks]     (all of them without arguments)
->>>>>>> 95f078a (Tests: mesh2data in both formats, all it refuses, and converted meshes in LAMMPS; curved_pane runs elastically)
+#   install-deps.sh [build] [tests] [plots] [meshes] [benchmarks] [fuzz] [valgrind]
+# Without arguments: the first five.
 # Where it cannot install, it says what is needed and goes on: things may be there under other names.
 set -euo pipefail
 
@@ -17,16 +14,11 @@ for group; do
         libpng-dev zlib1g-dev dpkg-dev xz-utils ca-certificates) ;;
     tests) packages+=(libgtest-dev libgmock-dev) ;;
     plots) packages+=(python3 python3-numpy python3-matplotlib python3-pil) ;;
-<<<<<<< HEAD
+    meshes) packages+=(python3 python3-numpy python3-meshio python3-gmsh) ;;
     benchmarks) packages+=(libbenchmark-dev linux-perf python3) ;;
     fuzz) packages+=(clang libclang-rt-dev) ;;
     valgrind) packages+=(valgrind libc6-dbg) ;;
-    *) echo "install-deps.sh: unknown group $group (build, tests, plots, benchmarks, fuzz, valgrind)" >&2; exit 2 ;;
-=======
-    meshes) packages+=(python3 python3-numpy python3-meshio python3-gmsh) ;;
-    benchmarks) packages+=(libbenchmark-dev) ;;
-    *) echo "install-deps.sh: unknown group $group (build, tests, plots, meshes, benchmarks)" >&2; exit 2 ;;
->>>>>>> 95f078a (Tests: mesh2data in both formats, all it refuses, and converted meshes in LAMMPS; curved_pane runs elastically)
+    *) echo "install-deps.sh: unknown group $group (build, tests, plots, meshes, benchmarks, fuzz, valgrind)" >&2; exit 2 ;;
   esac
 done
 
