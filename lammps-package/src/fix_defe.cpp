@@ -712,7 +712,7 @@ bool FixDefe::local_hex(const HexRecord &h, int anchor, int *idx) const
   for (int a = 1; a < 8; a++) {
     const int j = local_of(h.node[a]);
     if (j < 0) return false;
-    idx[a] = domain->closest_image(anchor, j);
+    idx[a] = (atom->sametag[j] < 0) ? j : domain->closest_image(anchor, j);
   }
   return true;
 }

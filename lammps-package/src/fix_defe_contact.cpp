@@ -38,6 +38,78 @@ static constexpr double EDGE_MARGIN = 0.15;
 // a point deeper than this (in facet sizes) is not in contact with this face
 static constexpr double MAX_DEPTH = 0.35;
 
+namespace {
+
+/// A box divided into cells, all in one array. Positions outside count to the nearest cell.
+struct Cells {
+  static constexpr double MOST = 4.0e6;    // cells; they become larger instead
+
+  double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  double inverse = 0.0;
+  int n[3] = {0, 0, 0};
+
+  void add(const double *x)
+  {
+    for (int d = 0; d < 3; d++) {
+      lo[d] = std::min(lo[d], x[d]);
+      hi[d] = std::max(hi[d], x[d]);
+    }
+  }
+  /// into cubes that are not smaller than size
+  void divide(double size)
+  {
+    if (!(lo[0] <= hi[0])) return;
+    for (;; size *= 1.5) {
+      double cells = 1.0;
+      for (int d = 0; d < 3; d++) cells *= std::floor((hi[d] - lo[d]) / size) + 1.0;
+      if (cells <= MOST) break;
+    }
+    inverse = 1.0 / size;
+    for (int d = 0; d < 3; d++) n[d] = static_cast<int>((hi[d] - lo[d]) * inverse) + 1;
+  }
+  size_t count() const { return static_cast<size_t>(n[0]) * n[1] * n[2]; }
+  size_t index(int i, int j, int k) const
+  {
+    return i + static_cast<size_t>(n[0]) * (j + static_cast<size_t>(n[1]) * k);
+  }
+  void of(const double *x, int *c) const
+  {
+    for (int d = 0; d < 3; d++)
+      c[d] = static_cast<int>(std::min(std::max((x[d] - lo[d]) * inverse, 0.0), n[d] - 1.0));
+  }
+  size_t of(const double *x) const
+  {
+    int c[3];
+    of(x, c);
+    return index(c[0], c[1], c[2]);
+  }
+  /// Every cell also gets what the cells within `far` of it hold.
+  template <class Merge>
+  void spread(std::vector<int> &value, int far, int nothing, Merge merge) const
+  {
+    size_t stride = 1;
+    std::vector<int> line;
+    for (int d = 0; d < 3; d++) {
+      for (size_t start = 0; start < value.size(); start++) {
+        if ((start / stride) % n[d] != 0) continue;
+        line.resize(n[d]);
+        bool any = false;
+        for (int i = 0; i < n[d]; i++) {
+          line[i] = value[start + i * stride];
+          any = any || line[i] != nothing;
+        }
+        if (!any) continue;
+        for (int i = 0; i < n[d]; i++)
+          for (int j = std::max(i - far, 0); j <= std::min(i + far, n[d] - 1); j++)
+            merge(value[start + i * stride], line[j]);
+      }
+      stride *= n[d];
+    }
+  }
+};
+
+}    // namespace
+
 /* ----------------------------------------------------------------------
    facets near my points and who may touch what; once per reneighbouring
 ------------------------------------------------------------------------- */
@@ -53,157 +125,176 @@ void FixDefe::build_surfaces()
 
   const int nlocal = atom->nlocal;
 
-  // elements with a face to the outside, from all ranks around
-
-  for (auto &b : batches)
-    for (size_t e = 0; e < b.hex.size(); e++) {
-      bool exposed = false;
-      for (tagint nb : b.hex[e]->nb) exposed = exposed || nb <= 0;
-      if (exposed) surface_at[b.node[e][0]].push_back(*b.hex[e]);
-    }
-  comm_mode = SURFACE;
-  for (comm_round = 0; comm_round < hexes_per_node; comm_round++)
-    comm->forward_comm(this, 1 + static_cast<int>((sizeof(HexPod) + 7) / 8));
-
-  // what parts, and my DEs, may reach: far from all others there is nothing to do
-
-  struct Box {
-    double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-    void add(const double *x)
-    {
-      for (int d = 0; d < 3; d++) {
-        lo[d] = std::min(lo[d], x[d]);
-        hi[d] = std::max(hi[d], x[d]);
-      }
-    }
-    bool near(const double *x, double cut) const
-    {
-      for (int d = 0; d < 3; d++)
-        if (x[d] < lo[d] - cut || x[d] > hi[d] + cut) return false;
-      return true;
-    }
-  };
-  std::vector<Box> box(parts.size());
-  Box de_box;
-  double rmax = 0.0;
-  for (int d = 0; d < jt.nde; d++) {
-    const int i = jt.self[d];
-    rmax = std::max(rmax, atom->radius[i]);
-    de_box.add(atom->x[i]);
-    box[jt.rec[d]->part].add(atom->x[i]);
-  }
+  // elements with a face to the outside: mine, and those of the ranks around
 
   struct Exposed {
     const HexPod *hex;
     std::array<int, 8> idx;
   };
   std::vector<Exposed> exposed;
-  std::vector<int> anchors;
-  for (const auto &s : surface_at) anchors.push_back(s.first);
-  std::sort(anchors.begin(), anchors.end());
-  for (int anchor : anchors)
-    for (const auto &h : surface_at[anchor]) {
-      Exposed e;
-      e.hex = &h;
-      e.idx[0] = anchor;
-      bool complete = true;
-      for (int a = 1; a < 8 && complete; a++) {
-        const int j = local_of(h.node[a]);
-        complete = j >= 0;
-        if (!complete) continue;
-        // beside a ghost anchor the right image of a node may be missing: then this is another one
-        e.idx[a] = domain->closest_image(anchor, j);
-        double rsq = 0.0;
-        for (int d = 0; d < 3; d++) {
-          const double del = xframe[e.idx[a]][d] - xframe[anchor][d];
-          rsq += del * del;
+  const bool ghosts = comm->nprocs > 1 || domain->xperiodic || domain->yperiodic ||
+      domain->zperiodic;
+  for (auto &b : batches)
+    for (size_t e = 0; e < b.hex.size(); e++) {
+      const HexPod &h = *b.hex[e];
+      bool outside = false;
+      for (tagint nb : h.nb) outside = outside || nb <= 0;
+      if (!outside) continue;
+      exposed.push_back({&h, b.node[e]});
+      if (ghosts) surface_at[b.node[e][0]].push_back(h);
+    }
+  std::stable_sort(exposed.begin(), exposed.end(), [](const Exposed &a, const Exposed &b) {
+    return a.idx[0] < b.idx[0];
+  });
+  if (ghosts) {
+    comm_mode = SURFACE;
+    for (comm_round = 0; comm_round < hexes_per_node; comm_round++)
+      comm->forward_comm(this, 1 + static_cast<int>((sizeof(HexPod) + 7) / 8));
+    std::vector<int> anchors;
+    for (const auto &s : surface_at)
+      if (s.first >= nlocal) anchors.push_back(s.first);
+    std::sort(anchors.begin(), anchors.end());
+    for (int anchor : anchors)
+      for (const auto &h : surface_at[anchor]) {
+        Exposed e;
+        e.hex = &h;
+        e.idx[0] = anchor;
+        bool complete = true;
+        for (int a = 1; a < 8 && complete; a++) {
+          const int j = local_of(h.node[a]);
+          complete = j >= 0;
+          if (!complete) continue;
+          // beside a ghost anchor the right image of a node may be missing: then this is another one
+          e.idx[a] = domain->closest_image(anchor, j);
+          double rsq = 0.0;
+          for (int d = 0; d < 3; d++) {
+            const double del = xframe[e.idx[a]][d] - xframe[anchor][d];
+            rsq += del * del;
+          }
+          complete = rsq < 1.01 * max_diagonal * max_diagonal;
         }
-        complete = rsq < 1.01 * max_diagonal * max_diagonal;
+        // otherwise it is farther away than anything of mine can touch
+        if (complete) exposed.push_back(e);
       }
-      if (!complete) continue;    // then it is farther away than anything of mine can touch
-      for (int i : e.idx) box[h.part].add(atom->x[i]);
-      exposed.push_back(e);
-    }
+  }
 
-  const double reach = max_diagonal * (0.5 + MAX_DEPTH + EDGE_MARGIN) + rmax + neighbor->skin;
-  for (const auto &e : exposed) {
-    const HexPod &h = *e.hex;
-    double middle[3] = {0.0, 0.0, 0.0};
-    for (int i : e.idx)
-      for (int d = 0; d < 3; d++) middle[d] += 0.125 * atom->x[i][d];
-    const double cut = reach + 0.5 * max_diagonal;
-    bool wanted = de_box.near(middle, cut);
-    for (size_t p = 0; p < parts.size() && !wanted; p++)
-      wanted = static_cast<int>(p) != h.part && box[p].near(middle, cut);
-    if (!wanted) continue;
-
-    const Material &m = material_of(parts[h.part]);
-    HexCoords X;
-    for (int a = 0; a < 8; a++)
-      for (int k = 0; k < 3; k++) X(k, a) = xframe[e.idx[a]][k];
-    const double volume = defe::fe::volume(X);
+  struct Face {
+    int hex, face;    // index into exposed, local number
+    double centre[3];
+  };
+  std::vector<Face> faces;
+  for (size_t e = 0; e < exposed.size(); e++)
     for (int f = 0; f < 6; f++) {
-      if (h.nb[f] > 0) continue;
-      Facet facet;
-      facet.element = h.id;
-      facet.face = f;
-      facet.part = h.part;
-      facet.outer = (h.nb[f] == 0);
-      Vec3 P[4];
-      for (double &c : facet.centre) c = 0.0;
-      for (int k = 0; k < 4; k++) {
-        const int a = defe::fe::hex_face[f][k];
-        facet.node[k] = e.idx[a];
-        P[k] = X.col(a);
-        for (int d = 0; d < 3; d++) facet.centre[d] += 0.25 * atom->x[e.idx[a]][d];
+      if (exposed[e].hex->nb[f] > 0) continue;
+      Face face{static_cast<int>(e), f, {0.0, 0.0, 0.0}};
+      for (int a : defe::fe::hex_face[f]) {
+        const double *x = atom->x[exposed[e].idx[a]];
+        for (int d = 0; d < 3; d++) face.centre[d] += 0.25 * x[d];
       }
-      facet.area = defe::fe::face_area(P);
-      facet.size = std::max((P[2] - P[0]).norm(), (P[3] - P[1]).norm());
-      facet.k_area = m.rigid() ? -1.0
-                               : defe::penalty_stiffness_per_area(
-                                     contact_factor, m.elastic().bulk(), facet.area, volume);
-      facets.push_back(facet);
+      faces.push_back(face);
     }
+
+  // which parts are where, in a grid: far from all others, and from DEs, there is nothing to do
+  // A facet is needed if it can meet a point of another part, or belongs to a point that can meet a
+  // facet of another part: either way the centres of two facets are within `range`.
+
+  double rmax = 0.0;
+  for (int d = 0; d < jt.nde; d++) rmax = std::max(rmax, atom->radius[jt.self[d]]);
+  const double reach = max_diagonal * (0.5 + MAX_DEPTH + EDGE_MARGIN) + rmax + neighbor->skin;
+  const double range = reach + 0.5 * max_diagonal;
+
+  Cells space;
+  for (const auto &face : faces) space.add(face.centre);
+  for (int d = 0; d < jt.nde; d++) space.add(atom->x[jt.self[d]]);
+  constexpr int NOBODY = -1, SEVERAL = -2;
+  const auto merge = [](int &a, int b) {
+    if (b == NOBODY || a == b) return;
+    a = (a == NOBODY) ? b : SEVERAL;
+  };
+  Cells around = space;
+  around.divide(0.5 * range);
+  std::vector<int> who(around.count(), NOBODY);
+  for (const auto &face : faces) merge(who[around.of(face.centre)], exposed[face.hex].hex->part);
+  for (int d = 0; d < jt.nde; d++) who[around.of(atom->x[jt.self[d]])] = SEVERAL;
+  around.spread(who, 2, NOBODY, merge);
+
+  int last = -1;
+  double volume = 0.0;
+  HexCoords X;
+  for (const auto &face : faces) {
+    const Exposed &e = exposed[face.hex];
+    const HexPod &h = *e.hex;
+    const int there = who[around.of(face.centre)];
+    if (there == NOBODY || there == h.part) continue;
+    if (face.hex != last) {
+      for (int a = 0; a < 8; a++)
+        for (int k = 0; k < 3; k++) X(k, a) = xframe[e.idx[a]][k];
+      volume = defe::fe::volume(X);
+      last = face.hex;
+    }
+    const Material &m = material_of(parts[h.part]);
+    Facet facet;
+    facet.element = h.id;
+    facet.face = face.face;
+    facet.part = h.part;
+    facet.outer = (h.nb[face.face] == 0);
+    Vec3 P[4];
+    for (int d = 0; d < 3; d++) facet.centre[d] = face.centre[d];
+    for (int k = 0; k < 4; k++) {
+      const int a = defe::fe::hex_face[face.face][k];
+      facet.node[k] = e.idx[a];
+      P[k] = X.col(a);
+    }
+    facet.area = defe::fe::face_area(P);
+    facet.size = std::max((P[2] - P[0]).norm(), (P[3] - P[1]).norm());
+    facet.k_area = m.rigid()
+        ? -1.0
+        : defe::penalty_stiffness_per_area(contact_factor, m.elastic().bulk(), facet.area, volume);
+    facets.push_back(facet);
   }
   facet_planes.resize(facets.size());
 
   // points: my nodes on outer faces, and my DEs
 
   struct Point {
+    int atom;
     int part = MAXSMALLINT;
     double area = 0.0, k_sum = 0.0;
     int k_count = 0;
     double r = 0.0;
-    std::vector<int> own;    // its own facets
+    int first = 0, count = 0;    // its own facets, in `corners`
   };
-  std::vector<std::pair<int, Point>> points;
+  std::vector<Point> points;
+  std::vector<std::pair<int, int>> corners;    // node, outer facet
   {
-    // a node that parts share belongs to the first of them
-    std::unordered_map<int, Point> nodes;
-    for (const auto &f : facets) {
-      if (!f.outer) continue;
-      for (int i : f.node) {
-        if (i >= nlocal) continue;
-        auto &p = nodes.emplace(i, Point()).first->second;
-        p.part = MIN(p.part, f.part);
-      }
-    }
-    for (size_t k = 0; k < facets.size(); k++) {
-      const Facet &f = facets[k];
-      if (!f.outer) continue;
-      for (int i : f.node) {
-        if (i >= nlocal) continue;
-        auto &p = nodes.at(i);
-        if (p.part != f.part) continue;
+    for (size_t k = 0; k < facets.size(); k++)
+      if (facets[k].outer)
+        for (int i : facets[k].node)
+          if (i < nlocal) corners.emplace_back(i, static_cast<int>(k));
+    std::sort(corners.begin(), corners.end());
+    size_t kept = 0;
+    for (size_t k = 0; k < corners.size();) {
+      Point p;
+      p.atom = corners[k].first;
+      size_t end = k;
+      // a node that parts share belongs to the first of them
+      for (; end < corners.size() && corners[end].first == p.atom; end++)
+        p.part = MIN(p.part, facets[corners[end].second].part);
+      p.first = static_cast<int>(kept);
+      for (; k < end; k++) {
+        const Facet &f = facets[corners[k].second];
+        if (f.part != p.part) continue;
         p.k_sum += f.k_area;
         p.k_count++;
-        p.own.push_back(static_cast<int>(k));
+        corners[kept++] = corners[k];
       }
+      p.count = static_cast<int>(kept) - p.first;
+      points.push_back(p);
     }
-    for (auto &p : nodes) points.emplace_back(p);
     for (int d = 0; d < jt.nde; d++) {
       const int i = jt.self[d];
       Point p;
+      p.atom = i;
       const DERecord &r = *jt.rec[d];
       p.part = r.part;
       const double edge = std::cbrt(r.volume);
@@ -214,46 +305,36 @@ void FixDefe::build_surfaces()
                                                  4.0 * edge * edge, 8.0 * edge * edge * edge);
       p.k_count = 1;
       p.r = atom->radius[i];
-      points.emplace_back(i, p);
+      points.push_back(p);
     }
-    std::sort(points.begin(), points.end(), [](const auto &a, const auto &b) {
-      return a.first < b.first;
+    std::sort(points.begin(), points.end(), [](const Point &a, const Point &b) {
+      return a.atom < b.atom;
     });
   }
   if (facets.empty() || points.empty()) return;
 
   // facets in a grid of cells as large as the largest reach
 
-  struct CellHash {
-    size_t operator()(const std::array<int, 3> &c) const
-    {
-      return static_cast<size_t>(c[0]) * 73856093u ^ static_cast<size_t>(c[1]) * 19349663u ^
-          static_cast<size_t>(c[2]) * 83492791u;
-    }
-  };
-  std::unordered_map<std::array<int, 3>, std::vector<int>, CellHash> grid;
-  auto cell_of = [reach](const double *x) {
-    return std::array<int, 3>{static_cast<int>(std::floor(x[0] / reach)),
-                              static_cast<int>(std::floor(x[1] / reach)),
-                              static_cast<int>(std::floor(x[2] / reach))};
-  };
-
-  for (size_t k = 0; k < facets.size(); k++)
-    grid[cell_of(facets[k].centre)].push_back(static_cast<int>(k));
+  Cells grid = space;
+  grid.divide(reach);
+  std::vector<int> head(grid.count(), -1), next(facets.size());
+  for (int k = static_cast<int>(facets.size()) - 1; k >= 0; k--) {
+    int &first = head[grid.of(facets[k].centre)];
+    next[k] = first;
+    first = k;
+  }
 
   std::vector<int> near;
-  for (const auto &pp : points) {
-    const int i = pp.first;
-    const Point &p = pp.second;
+  for (const Point &p : points) {
+    const int i = p.atom;
     const double *x = atom->x[i];
-    const auto c = cell_of(x);
+    int c[3];
+    grid.of(x, c);
     near.clear();
-    for (int dx = -1; dx <= 1; dx++)
-      for (int dy = -1; dy <= 1; dy++)
-        for (int dz = -1; dz <= 1; dz++) {
-          auto found = grid.find({c[0] + dx, c[1] + dy, c[2] + dz});
-          if (found == grid.end()) continue;
-          for (int k : found->second) {
+    for (int iz = MAX(c[2] - 1, 0); iz <= MIN(c[2] + 1, grid.n[2] - 1); iz++)
+      for (int iy = MAX(c[1] - 1, 0); iy <= MIN(c[1] + 1, grid.n[1] - 1); iy++)
+        for (int ix = MAX(c[0] - 1, 0); ix <= MIN(c[0] + 1, grid.n[0] - 1); ix++)
+          for (int k = head[grid.index(ix, iy, iz)]; k >= 0; k = next[k]) {
             const Facet &f = facets[k];
             const bool same = (f.part == p.part);
             if (same && p.r == 0.0) continue;
@@ -271,7 +352,6 @@ void FixDefe::build_surfaces()
             }
             near.push_back(k);
           }
-        }
     if (near.empty()) continue;
     std::sort(near.begin(), near.end(), [this](int a, int b) {
       const Facet &fa = facets[a], &fb = facets[b];
@@ -279,12 +359,12 @@ void FixDefe::build_surfaces()
       return fa.element != fb.element ? fa.element < fb.element : fa.face < fb.face;
     });
     const int own = static_cast<int>(own_facets.size());
-    own_facets.insert(own_facets.end(), p.own.begin(), p.own.end());
+    for (int k = p.first; k < p.first + p.count; k++) own_facets.push_back(corners[k].second);
     for (size_t k = 0; k < near.size();) {
       ContactPair cp;
       cp.point = i;
       cp.own = own;
-      cp.nown = static_cast<int>(p.own.size());
+      cp.nown = p.count;
       cp.area = p.area;
       cp.part = facets[near[k]].part;
       cp.same = (cp.part == p.part);
