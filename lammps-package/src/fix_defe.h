@@ -283,6 +283,7 @@ class FixDefe : public Fix {
     defe::Vec3 mid, normal, to_xi, to_eta;
     double warp, half_xi, half_eta;
     void set(const double *, const double *, const double *, const double *);
+    double distance(const double *) const;
   };
   std::vector<FacetPlane> facet_planes;
   struct ContactPair {

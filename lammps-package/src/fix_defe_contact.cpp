@@ -38,6 +38,9 @@ static constexpr double EDGE_MARGIN = 0.15;
 // a point deeper than this (in facet sizes) is not in contact with this face
 static constexpr double MAX_DEPTH = 0.35;
 
+// and this is more than the distance, in facet sizes, from which a point behind or beside it can be
+static constexpr double DEEPEST = MAX_DEPTH + 0.71 * EDGE_MARGIN;
+
 namespace {
 
 /// A box divided into cells, all in one array. Positions outside count to the nearest cell.
@@ -253,6 +256,7 @@ void FixDefe::build_surfaces()
     facets.push_back(facet);
   }
   facet_planes.resize(facets.size());
+  for (auto &g : facet_planes) g.known = false;
 
   // points: my nodes on outer faces, and my DEs
 
@@ -342,6 +346,8 @@ void FixDefe::build_surfaces()
             for (int d = 0; d < 3; d++) rsq += (x[d] - f.centre[d]) * (x[d] - f.centre[d]);
             const double cut = f.size * (0.5 + MAX_DEPTH + EDGE_MARGIN) + p.r + neighbor->skin;
             if (rsq > cut * cut) continue;
+            if (plane_of(k).distance(x) > std::max(p.r, DEEPEST * f.size) + neighbor->skin)
+              continue;
             if (material_of(parts[f.part]).rigid() && material_of(parts[p.part]).rigid()) continue;
             if (same) {
               // a DE is tied to this element, or rests on it in the reference state
@@ -400,6 +406,21 @@ void FixDefe::FacetPlane::set(const double *x0, const double *x1, const double *
   to_eta = (aa * b - ab * a) / det;
   half_xi = std::sqrt(det / bb);    // heights of the parallelogram, from the middle
   half_eta = std::sqrt(det / aa);
+}
+
+/* ----------------------------------------------------------------------
+   not more than the distance of a point from the facet
+   Four fifths of the way beside it are on the safe side for skewed facets.
+------------------------------------------------------------------------- */
+
+double FixDefe::FacetPlane::distance(const double *x) const
+{
+  const Vec3 del = Vec3(x) - mid;
+  const double beside_xi = half_xi * (std::abs(del.dot(to_xi)) - 1.0);
+  const double beside_eta = half_eta * (std::abs(del.dot(to_eta)) - 1.0);
+  const double beside = 0.8 * std::max(0.0, std::max(beside_xi, beside_eta)) - warp;
+  const double above = std::abs(del.dot(normal)) - warp;
+  return std::sqrt(std::pow(std::max(0.0, beside), 2) + std::pow(std::max(0.0, above), 2));
 }
 
 const FixDefe::FacetPlane &FixDefe::plane_of(int k)
