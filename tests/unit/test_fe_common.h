@@ -5,6 +5,7 @@
 #include "defe/fe/kernel.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
@@ -64,11 +65,38 @@ inline HexCoords random_hex(Random &random)
 
 inline constexpr int first_hex[1][8] = {{0, 1, 2, 3, 4, 5, 6, 7}};
 
-/// Forces of one element, all outputs off.
-inline HexCoords forces(const HexKernel &kernel, const HexCoords &x, const HexCoords &X)
+/// Histories of n elements, all zero or all equal to the given one.
+struct Histories {
+  std::vector<double> values;
+  std::vector<double *> of_element;
+
+  Histories(const HexKernel &kernel, int n, const double *same = nullptr) :
+      values(std::size_t(n) * kernel.history_size())
+  {
+    const int size = kernel.history_size();
+    for (int e = 0; e < n; ++e) {
+      of_element.push_back(values.data() + std::size_t(e) * size);
+      if (same && size) std::copy(same, same + size, of_element.back());
+    }
+  }
+  Histories(const Histories &) = delete;
+
+  HexKernel::Output output(double dt = 0.0) const
+  {
+    HexKernel::Output out;
+    out.history = of_element.data();
+    out.dt = dt;
+    return out;
+  }
+};
+
+/// Forces of one element, all outputs off; history null: never strained.
+inline HexCoords forces(const HexKernel &kernel, const HexCoords &x, const HexCoords &X,
+                        const double *history = nullptr)
 {
   HexCoords f = HexCoords::Zero();
-  kernel.add_forces(1, first_hex, x.data(), X.data(), f.data(), {});
+  kernel.add_forces(1, first_hex, x.data(), X.data(), f.data(),
+                    Histories(kernel, 1, history).output());
   return f;
 }
 

@@ -1,11 +1,13 @@
-// What the three kernels have in common: forces are the exact gradient of the energy, rigid motions
+// What all kernels have in common: forces are the exact gradient of the energy, rigid motions
 // cost nothing, both momenta balance; and what relates them to each other.
 //
 // Sizes, moduli and forces are of order 1, so a tolerance of 1e-14 means some 50 roundings.
 
 #include "test_fe_common.h"
 
+#include "defe/fe/mooney_rivlin.h"
 #include "defe/fe/principal.h"
+#include "defe/fe/prony.h"
 
 #include <Eigen/Eigenvalues>
 #include <gmock/gmock.h>
@@ -26,7 +28,37 @@ struct Case {
   std::string name;
   HexCoords X;
   std::unique_ptr<HexKernel> kernel;
+  std::vector<double> history;    // empty: never strained
+
+  const double *state() const { return history.empty() ? nullptr : history.data(); }
 };
+
+/// The laws with F-bar, at strains where they are neither new nor linear: the Cauchy stress of a
+/// uniform deformation that comes at once.
+Mat3 rubber_stress(const Mat3 &F, double C10, double C01, double K)
+{
+  const double J = F.determinant();
+  const Mat3 b = std::cbrt(1.0 / (J * J)) * F * F.transpose();
+  const Mat3 s = 2.0 * (C10 + C01 * b.trace()) * b - 2.0 * C01 * b * b;
+  return (s - s.trace() / 3.0 * Mat3::Identity()) / J + K * (J - 1.0) * Mat3::Identity();
+}
+
+// with the small-strain constants of `unit`
+MooneyRivlin unit_rubber()
+{
+  return {0.3 * unit.mu(), 0.2 * unit.mu(), unit.bulk(), unit.rho};
+}
+
+Prony unit_prony()
+{
+  return {
+      unit.bulk(), unit.rho, 0.3 * unit.mu(), {{0.5 * unit.mu(), 10.0}, {0.2 * unit.mu(), 1.0}}};
+}
+
+bool is_fbar(const Case &c)
+{
+  return dynamic_cast<const FBarKernel *>(c.kernel.get());
+}
 
 HexCoords random_box(Random &random)
 {
@@ -35,10 +67,10 @@ HexCoords random_box(Random &random)
   return (random.rotation() * X).colwise() + random.matrix<Vec3>(1.0);
 }
 
-std::vector<Case> all_kernels(unsigned seed)
+std::vector<Case> all_kernels(unsigned seed, bool with_history = false)
 {
   Random random(seed);
-  std::vector<Case> cases(4);
+  std::vector<Case> cases(8);
   cases[0].name = "brick";
   cases[0].X = random_box(random);
   cases[0].kernel = std::make_unique<BrickKernel>(cases[0].X, unit);
@@ -51,6 +83,22 @@ std::vector<Case> all_kernels(unsigned seed)
   cases[3].name = "lagrangian box";
   cases[3].X = random_box(random);
   cases[3].kernel = std::make_unique<LagrangianKernel>(unit);
+  cases[4].name = "mooney";
+  cases[4].X = random_hex(random);
+  cases[4].kernel = std::make_unique<MooneyRivlinKernel>(unit_rubber());
+  cases[5].name = "mooney box";
+  cases[5].X = random_box(random);
+  cases[5].kernel = std::make_unique<MooneyRivlinKernel>(unit_rubber());
+  cases[6].name = "prony";
+  cases[6].X = random_hex(random);
+  cases[6].kernel = std::make_unique<PronyKernel>(unit_prony());
+  cases[7].name = "prony box";
+  cases[7].X = random_box(random);
+  cases[7].kernel = std::make_unique<PronyKernel>(unit_prony());
+  if (with_history)
+    for (Case &c : cases)
+      for (int i = 0; i < c.kernel->history_size(); ++i)
+        c.history.push_back(random.uniform(-0.2, 0.2));
   return cases;
 }
 
@@ -63,7 +111,8 @@ HexCoords deformed(Random &random, const HexCoords &X, double strain)
 
 /// -dW/dx by central differences of fourth order. The step balances truncation (step^4) against
 /// rounding (1e-16/step): some 1e-12 of either.
-HexCoords differenced_forces(const HexKernel &kernel, const HexCoords &x, const HexCoords &X)
+HexCoords differenced_forces(const HexKernel &kernel, const HexCoords &x, const HexCoords &X,
+                             const double *history)
 {
   const double step = 1e-3;
   HexCoords f;
@@ -71,7 +120,7 @@ HexCoords differenced_forces(const HexKernel &kernel, const HexCoords &x, const 
     const auto W = [&](double s) {
       HexCoords moved = x;
       moved.data()[i] += s;
-      return kernel.energy(moved, X);
+      return kernel.energy(moved, X, history);
     };
     f.data()[i] = -(8.0 * (W(step) - W(-step)) - (W(2.0 * step) - W(-2.0 * step))) / (12.0 * step);
   }
@@ -81,10 +130,11 @@ HexCoords differenced_forces(const HexKernel &kernel, const HexCoords &x, const 
 TEST(Kernel, ForceIsTheGradientOfTheEnergy)
 {
   for (unsigned seed = 0; seed < 10; ++seed)
-    for (const Case &c : all_kernels(seed)) {
+    for (const Case &c : all_kernels(seed, true)) {
       Random random(100 + seed);
       const HexCoords x = deformed(random, c.X, 0.2);
-      const HexCoords f = forces(*c.kernel, x, c.X), g = differenced_forces(*c.kernel, x, c.X);
+      const HexCoords f = forces(*c.kernel, x, c.X, c.state()),
+                      g = differenced_forces(*c.kernel, x, c.X, c.state());
       EXPECT_LT((f - g).norm(), 1e-9 * f.norm()) << c.name;
       EXPECT_GT(f.norm(), 0.01);
     }
@@ -94,13 +144,14 @@ TEST(Kernel, ForceIsTheGradientFarBeyondSmallStrain)
 {
   // Stretches of 1/3 to 3 and shears of 1: the rotation does not come from the series here.
   for (unsigned seed = 0; seed < 10; ++seed)
-    for (const Case &c : all_kernels(seed)) {
+    for (const Case &c : all_kernels(seed, true)) {
       Random random(200 + seed);
       Mat3 F;
       F << 3.0, 1.0, 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0 / 3.0;
       const HexCoords x =
           random.rotation() * F * (random.rotation() * c.X + random.matrix<HexCoords>(0.02));
-      const HexCoords f = forces(*c.kernel, x, c.X), g = differenced_forces(*c.kernel, x, c.X);
+      const HexCoords f = forces(*c.kernel, x, c.X, c.state()),
+                      g = differenced_forces(*c.kernel, x, c.X, c.state());
       EXPECT_LT((f - g).norm(), 1e-8 * f.norm()) << c.name;
     }
 }
@@ -108,11 +159,11 @@ TEST(Kernel, ForceIsTheGradientFarBeyondSmallStrain)
 TEST(Kernel, MomentaBalance)
 {
   for (unsigned seed = 0; seed < 20; ++seed)
-    for (const Case &c : all_kernels(seed)) {
+    for (const Case &c : all_kernels(seed, true)) {
       Random random(300 + seed);
       for (double strain : {1e-4, 1e-2, 0.2}) {
         const HexCoords x = deformed(random, c.X, strain);
-        const HexCoords f = forces(*c.kernel, x, c.X);
+        const HexCoords f = forces(*c.kernel, x, c.X, c.state());
         // a force is a sum of E h^2 (strain + rounding)
         const double tolerance = 2e-14 * strain + 1e-15;
         EXPECT_LT(f.rowwise().sum().norm(), tolerance) << c.name << " " << strain;
@@ -125,7 +176,7 @@ TEST(Kernel, RigidMotionGivesNoForce)
 {
   const auto check = [](const Case &c, const Mat3 &R, const Vec3 &shift) {
     const HexCoords x = (R * c.X).colwise() + shift;
-    const HexCoords f = forces(*c.kernel, x, c.X);
+    const HexCoords f = forces(*c.kernel, x, c.X, c.state());
     EXPECT_LT(f.cwiseAbs().maxCoeff(), 1e-14 * (1.0 + shift.norm())) << c.name << "\n" << R;
   };
   Random random(4);
@@ -149,18 +200,23 @@ TEST(Kernel, UndeformedLagrangianHasExactlyNoForce)
 
 TEST(Kernel, RotatingAStrainedStateRotatesForcesAndStress)
 {
-  for (const Case &c : all_kernels(6)) {
+  for (const Case &c : all_kernels(6, true)) {
     Random random(6);
     for (int i = 0; i < 20; ++i) {
       const HexCoords x = deformed(random, c.X, 0.2);
       const Mat3 R = random.rotation();
       const HexCoords turned = (R * x).colwise() + random.matrix<Vec3>(1.0);
-      EXPECT_LT((forces(*c.kernel, turned, c.X) - R * forces(*c.kernel, x, c.X)).norm(), 2e-14)
+      EXPECT_LT(
+          (forces(*c.kernel, turned, c.X, c.state()) - R * forces(*c.kernel, x, c.X, c.state()))
+              .norm(),
+          2e-14)
           << c.name;
-      EXPECT_NEAR(c.kernel->energy(turned, c.X), c.kernel->energy(x, c.X), 1e-14);
+      EXPECT_NEAR(c.kernel->energy(turned, c.X, c.state()), c.kernel->energy(x, c.X, c.state()),
+                  1e-14);
       const Vec3 xi = random.matrix<Vec3>(1.0);
-      const Mat3 s = c.kernel->stress(x, c.X, xi);
-      EXPECT_LT((c.kernel->stress(turned, c.X, xi) - R * s * R.transpose()).norm(), 1e-13);
+      const Mat3 s = c.kernel->stress(x, c.X, xi, c.state());
+      EXPECT_LT((c.kernel->stress(turned, c.X, xi, c.state()) - R * s * R.transpose()).norm(),
+                1e-13);
       EXPECT_LT((s - s.transpose()).norm(), 1e-14);
     }
   }
@@ -190,7 +246,8 @@ TEST(Kernel, SixZeroEnergyModesAndNoMore)
     for (const Case &c : all_kernels(seed)) {
       const auto K = tangent(*c.kernel, c.X);
       EXPECT_LT((K - K.transpose()).norm(), 1e-9);
-      EXPECT_LT((K - stiffness(c.X, unit)).norm(), 1e-9) << c.name;
+      const auto expected = is_fbar(c) ? stiffness_fbar(c.X, unit) : stiffness(c.X, unit);
+      EXPECT_LT((K - expected).norm(), 1e-9) << c.name;
       const Eigen::VectorXd values =
           Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K, Eigen::EigenvaluesOnly).eigenvalues();
       EXPECT_LT(values.head(6).cwiseAbs().maxCoeff(), 1e-9 * values[23]) << c.name;
@@ -201,7 +258,7 @@ TEST(Kernel, SixZeroEnergyModesAndNoMore)
 TEST(Kernel, UniformStrainHasTheForcesOfItsStress)
 {
   // f_a = - P sum over Gauss points of grad N_a, P the first Piola-Kirchhoff stress: F S, or
-  // R (C : (U - I)) for the corotational law.
+  // R (C : (U - I)) for the corotational law, or J sigma F^-T.
   for (const Case &c : all_kernels(7)) {
     Random random(7);
     for (int i = 0; i < 10; ++i) {
@@ -211,9 +268,15 @@ TEST(Kernel, UniformStrainHasTheForcesOfItsStress)
       const bool is_lagrangian = c.kernel->uses_reference();
       const Mat3 e = is_lagrangian ? green : Mat3(U - Mat3::Identity());
       const Mat3 S = unit.lambda() * e.trace() * Mat3::Identity() + 2.0 * unit.mu() * e;
-      const Mat3 P = R * (is_lagrangian ? U : Mat3::Identity()) * S;
-      const Mat3 cauchy = is_lagrangian ? Mat3(P * U * R.transpose() / U.determinant())
-                                        : Mat3(P * R.transpose());
+      Mat3 P = R * (is_lagrangian ? U : Mat3::Identity()) * S;
+      Mat3 cauchy = is_lagrangian ? Mat3(P * U * R.transpose() / U.determinant())
+                                  : Mat3(P * R.transpose());
+      if (is_fbar(c)) {
+        const MooneyRivlin m = unit_rubber();
+        cauchy = c.name[0] == 'm' ? rubber_stress(R * U, m.C10, m.C01, m.K)
+                                  : rubber_stress(R * U, 0.5 * unit.mu(), 0.0, unit.bulk());
+        P = U.determinant() * cauchy * R * U.inverse();
+      }
 
       Eigen::Matrix<double, 8, 3> flux = Eigen::Matrix<double, 8, 3>::Zero();
       for (const Vec3 &xi : gauss_points()) {
@@ -221,7 +284,8 @@ TEST(Kernel, UniformStrainHasTheForcesOfItsStress)
         flux += J.determinant() * shape_gradient(xi) * J.inverse();
       }
       const HexCoords x = R * U * c.X;
-      EXPECT_LT((forces(*c.kernel, x, c.X) + P * flux.transpose()).norm(), 1e-13) << c.name;
+      EXPECT_LT((forces(*c.kernel, x, c.X, c.state()) + P * flux.transpose()).norm(), 1e-13)
+          << c.name;
       EXPECT_LT((c.kernel->stress(x, c.X, random.matrix<Vec3>(1.0)) - cauchy).norm(), 1e-13)
           << c.name;
     }
@@ -269,14 +333,15 @@ struct Pile {
 
 TEST(KernelOutput, AgreesWithTheScalarFunctionsForAnyLengthOfList)
 {
-  for (const Case &c : all_kernels(9)) {
+  for (const Case &c : all_kernels(9, true)) {
     Random random(9);
     for (int n = 0; n <= 20; ++n) {
       const Pile pile(random, c.X, n, 0.1);
       std::vector<double> f(24 * n, 0.0), energy(n), bound(n), gauss_bound(n);
       double virial[6] = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
       int inverted = 99;
-      HexKernel::Output out;
+      const Histories histories(*c.kernel, n, c.state());
+      HexKernel::Output out = histories.output();
       out.energy = energy.data();
       out.stress_bound = bound.data();
       out.virial = virial;
@@ -284,7 +349,7 @@ TEST(KernelOutput, AgreesWithTheScalarFunctionsForAnyLengthOfList)
       c.kernel->add_forces(n, pile.nodes(), pile.x.data(), pile.X.data(), f.data(), out);
       EXPECT_EQ(inverted, -1);
 
-      HexKernel::Output gauss;
+      HexKernel::Output gauss = histories.output();
       gauss.stress_bound = gauss_bound.data();
       gauss.bound_at_gauss_points = true;
       std::vector<double> again(24 * n, 0.0);
@@ -294,12 +359,13 @@ TEST(KernelOutput, AgreesWithTheScalarFunctionsForAnyLengthOfList)
       for (int e = 0; e < n; ++e) {
         const HexCoords x = pile.at(e), fe(f.data() + 24 * e);
         EXPECT_LT((HexCoords(again.data() + 24 * e) - fe).norm(), 1e-14);
-        EXPECT_NEAR(energy[e], c.kernel->energy(x, c.X), 1e-14) << c.name;
-        EXPECT_NEAR(bound[e], max_principal_bound(c.kernel->stress(x, c.X, Vec3::Zero())), 1e-13)
+        EXPECT_NEAR(energy[e], c.kernel->energy(x, c.X, c.state()), 1e-14) << c.name;
+        EXPECT_NEAR(bound[e],
+                    max_principal_bound(c.kernel->stress(x, c.X, Vec3::Zero(), c.state())), 1e-13)
             << c.name;
         double largest = -HUGE_VAL;
         for (const Vec3 &xi : gauss_points())
-          largest = std::max(largest, max_principal_bound(c.kernel->stress(x, c.X, xi)));
+          largest = std::max(largest, max_principal_bound(c.kernel->stress(x, c.X, xi, c.state())));
         EXPECT_NEAR(gauss_bound[e], largest, 1e-13) << c.name;
         sum += x * fe.transpose();
       }
@@ -312,15 +378,17 @@ TEST(KernelOutput, AgreesWithTheScalarFunctionsForAnyLengthOfList)
 
 TEST(KernelOutput, EveryCombinationGivesTheSameForces)
 {
-  for (const Case &c : all_kernels(10)) {
+  for (const Case &c : all_kernels(10, true)) {
     Random random(10);
     const int n = 11;
     const Pile pile(random, c.X, n, 0.1);
+    const Histories histories(*c.kernel, n, c.state());
     std::vector<double> reference(24 * n, 0.0), energy(n), bound(n);
     double virial[6];
-    c.kernel->add_forces(n, pile.nodes(), pile.x.data(), pile.X.data(), reference.data(), {});
+    c.kernel->add_forces(n, pile.nodes(), pile.x.data(), pile.X.data(), reference.data(),
+                         histories.output());
     for (int wanted = 0; wanted < 8; ++wanted) {
-      HexKernel::Output out;
+      HexKernel::Output out = histories.output();
       if (wanted & 1) out.energy = energy.data();
       if (wanted & 2) out.stress_bound = bound.data();
       if (wanted & 4) out.virial = virial;
@@ -333,23 +401,24 @@ TEST(KernelOutput, EveryCombinationGivesTheSameForces)
 
 TEST(KernelOutput, ForcesAreAddedAndSharedNodesSumUp)
 {
-  for (const Case &c : all_kernels(11)) {
+  for (const Case &c : all_kernels(11, true)) {
     Random random(11);
     const HexCoords x = deformed(random, c.X, 0.1);
     const HexCoords start = random.matrix<HexCoords>(1.0);
     // the same element nine times: more than one pack on any machine
     std::vector<std::array<int, 8>> hexes(9, {0, 1, 2, 3, 4, 5, 6, 7});
     HexCoords f = start;
+    const Histories histories(*c.kernel, 9, c.state());
     c.kernel->add_forces(9, reinterpret_cast<const int(*)[8]>(hexes.data()), x.data(), c.X.data(),
-                         f.data(), {});
-    EXPECT_LT((f - start - 9.0 * forces(*c.kernel, x, c.X)).norm(), 1e-13) << c.name;
+                         f.data(), histories.output());
+    EXPECT_LT((f - start - 9.0 * forces(*c.kernel, x, c.X, c.state())).norm(), 1e-13) << c.name;
   }
 }
 
 TEST(KernelOutput, DoesNotDependOnHowTheListIsCut)
 {
   // bit for bit, also when one of the neighbours in a pack is strained a thousand times more
-  for (const Case &c : all_kernels(12)) {
+  for (const Case &c : all_kernels(12, true)) {
     Random random(12);
     const int n = 19;
     Pile pile(random, c.X, n, 1e-3);
@@ -357,23 +426,27 @@ TEST(KernelOutput, DoesNotDependOnHowTheListIsCut)
       const HexCoords x = deformed(random, c.X, 0.3);
       std::copy(x.data(), x.data() + 24, pile.x.begin() + 24 * e);
     }
+    const Histories histories(*c.kernel, n, c.state());
     std::vector<double> whole(24 * n, 0.0), pieces(24 * n, 0.0);
-    c.kernel->add_forces(n, pile.nodes(), pile.x.data(), pile.X.data(), whole.data(), {});
+    c.kernel->add_forces(n, pile.nodes(), pile.x.data(), pile.X.data(), whole.data(),
+                         histories.output());
     for (int e = 0; e < n; ++e)
-      c.kernel->add_forces(1, pile.nodes() + e, pile.x.data(), pile.X.data(), pieces.data(), {});
+      c.kernel->add_forces(1, pile.nodes() + e, pile.x.data(), pile.X.data(), pieces.data(),
+                           histories.output());
     EXPECT_EQ(whole, pieces) << c.name;
   }
 }
 
 TEST(KernelOutput, ReportsTheFirstLostElementAndLeavesTheOthersAlone)
 {
-  for (const Case &c : all_kernels(13)) {
+  for (const Case &c : all_kernels(13, true)) {
     Random random(13);
     const int n = 21;
     Pile pile(random, c.X, n, 0.05);
     std::vector<double> before(24 * n, 0.0);
     int inverted = 99;
-    HexKernel::Output out;
+    const Histories histories(*c.kernel, n, c.state());
+    HexKernel::Output out = histories.output();
     out.inverted = &inverted;
     c.kernel->add_forces(n, pile.nodes(), pile.x.data(), pile.X.data(), before.data(), out);
     EXPECT_EQ(inverted, -1);
@@ -403,7 +476,7 @@ TEST(KernelOutput, ReportsTheFirstLostElementAndLeavesTheOthersAlone)
     c.kernel->add_forces(n - 14, pile.nodes() + 14, pile.x.data(), pile.X.data(), after.data(),
                          out);
     EXPECT_EQ(inverted, 3) << c.name;    // counted from the start of the list
-    EXPECT_TRUE(std::isnan(c.kernel->energy(pile.at(18), c.X)));
+    EXPECT_TRUE(std::isnan(c.kernel->energy(pile.at(18), c.X, c.state())));
   }
 }
 
