@@ -80,11 +80,20 @@ namespace {
     return rest;
   }
 
+  // 1 - (1 - exp(-h))/h, decay = 1 - exp(-h); by its series h/2! - h^2/3! + ... where it cancels
+  double rise(double h, double decay)
+  {
+    if (h > 0.1) return 1.0 - decay / h;
+    double sum = 0.0;
+    for (int i = 10; i >= 2; --i) sum = (1.0 - h * sum) / i;
+    return h * sum;
+  }
+
   struct PronyLanes {
     double bulk, G_inf, G_0;
     int terms;
     const Prony::Term *term;
-    double a[Prony::max_terms], b[Prony::max_terms];    // weights of D' - B and D - B, B = A - I
+    double a[Prony::max_terms], b[Prony::max_terms];    // weights of D' - B and D - B (prony.h)
 
     static constexpr int centre_size = 6;    // sum of G_i B_i
 
@@ -93,9 +102,9 @@ namespace {
         term(law.terms.data())
     {
       for (int i = 0; i < terms; ++i) {
-        const double half = 0.5 * dt * term[i].beta;
-        a[i] = -std::expm1(-half);
-        b[i] = std::exp(-half) * a[i];
+        const double h = dt * term[i].beta, decay = -std::expm1(-h);
+        a[i] = rise(h, decay);
+        b[i] = decay - a[i];
       }
     }
 

@@ -26,10 +26,13 @@ namespace defe::fe {
 /// Simo's (1987) convolution of the isochoric second Piola-Kirchhoff stress agrees at small strain,
 /// but has no stored energy, and thus no energy balance, unless that stress is linear in strain.
 ///
-/// Step of length dt, by convolution with the mid-point rule (as Simo and Hughes 1998, eq. 10.3.12,
-/// for their stress): with h = beta dt and D = Cbar^-1 - I,
-///   A' = A + (1 - exp(-h/2)) (I + D' - A) + (exp(-h/2) - exp(-h)) (I + D - A),
-/// exact for a strain that is held, second order in dt otherwise, stable for any dt.
+/// Step of length dt: the exact convolution with a Cbar^-1 that changes linearly within the step
+/// (Taylor, Pister and Goudreau 1970, for small strain). With h = beta dt, w = (1 - exp(-h))/h and
+/// D = Cbar^-1 - I, primes at the end of the step,
+///   A' = A + (1 - w) (I + D' - A) + (w - exp(-h)) (I + D - A).
+/// Exact for a strain that is held, of second order in dt otherwise, stable for any dt. (The
+/// mid-point form of Simo and Hughes 1998, ch. 10, has exp(-h/2) for w; it loses the viscous stress
+/// of terms that decay within a step.)
 struct Prony {
   struct Term {
     double G;       ///< shear modulus
