@@ -4,6 +4,8 @@
 
 #include "defe/fe/hex8.h"
 #include "defe/fe/kernel.h"
+#include "defe/fe/mooney_rivlin.h"
+#include "defe/fe/prony.h"
 #include "defe/fe/stable_step.h"
 
 #include "hex_modes.h"    // private to fe-module: gather and scatter as the kernels do them
@@ -22,6 +24,8 @@ using namespace defe;
 using namespace defe::fe;
 
 const IsotropicElastic glass{74.09e9, 0.2, 2500.0};
+const MooneyRivlin rubber{1.60e6, 0.06e6, 331e6, 1100.0};
+const Prony pvb{20e9, 1100.0, 0.69e6, {{0.33e9, 12.6}}};
 
 // nx x ny x nz cubes of 2 mm, stretched and bent by strains of the order of glass at failure
 struct Block {
@@ -75,8 +79,8 @@ Block block_of(int64_t size)
   return {static_cast<int>(size / 2500), 50, 50};
 }
 
-enum Kind { brick, congruent_hex, lagrangian };
-enum Wanted { forces = 0, bound = 1, energy = 2, virial = 4, gauss_bound = 8 };
+enum Kind { brick, congruent_hex, lagrangian, mooney, prony };
+enum Wanted { forces = 0, bound = 1, energy = 2, virial = 4, gauss_bound = 8, dissipation = 16 };
 
 void add_forces(benchmark::State &state, Kind kind, int wanted)
 {
@@ -86,8 +90,12 @@ void add_forces(benchmark::State &state, Kind kind, int wanted)
     kernel = std::make_unique<BrickKernel>(block.shape(0), glass);
   else if (kind == congruent_hex)
     kernel = std::make_unique<CongruentKernel>(block.shape(0), glass);
-  else
+  else if (kind == lagrangian)
     kernel = std::make_unique<LagrangianKernel>(glass);
+  else if (kind == mooney)
+    kernel = std::make_unique<MooneyRivlinKernel>(rubber);
+  else
+    kernel = std::make_unique<PronyKernel>(pvb);
 
   const int n = static_cast<int>(block.hexes.size());
   std::vector<double> bounds(n), energies(n);
@@ -99,6 +107,13 @@ void add_forces(benchmark::State &state, Kind kind, int wanted)
   if (wanted & gauss_bound) out.bound_at_gauss_points = true;
   if (wanted & energy) out.energy = energies.data();
   if (wanted & virial) out.virial = virials;
+  double dissipated = 0.0;
+  if (wanted & dissipation) out.dissipation = &dissipated;
+  std::vector<double> history(static_cast<std::size_t>(n) * kernel->history_size());
+  std::vector<double *> of_element;
+  for (int e = 0; e < n; ++e) of_element.push_back(history.data() + e * kernel->history_size());
+  out.history = of_element.data();
+  out.dt = 1e-7;
 
   for (auto _ : state) {
     kernel->add_forces(n, block.nodes(), block.x.data(), block.X.data(), block.f.data(), out);
@@ -207,6 +222,10 @@ template <BareLoop loop> void bare(benchmark::State &state)
 BENCHMARK_TEMPLATE(bare, gather_scatter)->Apply(beam_only);
 BENCHMARK_TEMPLATE(bare, dense_K)->Apply(beam_only);
 BENCHMARK_TEMPLATE(bare, brick_K)->Apply(sizes);
+BENCHMARK_CAPTURE(add_forces, mooney, mooney, forces)->Apply(beam_only);
+BENCHMARK_CAPTURE(add_forces, prony, prony, forces)->Apply(beam_only);
+BENCHMARK_CAPTURE(add_forces, prony_dissipation, prony, dissipation)->Apply(beam_only);
+BENCHMARK_CAPTURE(add_forces, prony_energy, prony, energy)->Apply(beam_only);
 
 // per distinct element shape, once per run
 void frequency(benchmark::State &state)
