@@ -32,20 +32,23 @@ struct Deformation {
 
 /// The history of one Gauss point of each lane's element.
 struct LaneHistory {
-  const LaneElements *elements;
-  double *const *of_element;    // of the elements of this pack
+  double *lane[simd::width];    // of the lanes' elements
+  int valid;                    // lanes with an element of their own
   int offset;                   // to this Gauss point's
   bool advance, dissipation;
 
   DEFE_INLINE Pack load(int i) const
   {
     return simd::generate([&](int l) {
-      return of_element[elements->index(l)][offset + i];
+      return lane[l][offset + i];
     });
   }
   DEFE_INLINE void store(int i, const Pack &value) const
   {
-    for (int l = 0; l < elements->valid; ++l) of_element[l][offset + i] = value[l];
+    if (__builtin_expect(valid == simd::width, true))
+      for (int l = 0; l < simd::width; ++l) lane[l][offset + i] = value[l];
+    else
+      for (int l = 0; l < valid; ++l) lane[l][offset + i] = value[l];
   }
 };
 
@@ -123,8 +126,9 @@ void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)
 
   for (int first = 0; first < n; first += W) {
     const LaneElements elements{nodes + first, n - first < W ? n - first : W};
-    LaneHistory history{&elements, history_size ? out.history + first : nullptr, 0, out.dt > 0.0,
-                        out.dissipation && out.dt > 0.0};
+    LaneHistory history{{}, elements.valid, 0, out.dt > 0.0, out.dissipation && out.dt > 0.0};
+    if (history_size)
+      for (int l = 0; l < W; ++l) history.lane[l] = out.history[first + elements.index(l)];
 
     Pack Y[3][8], y[3][8], u[3][8];
     gather_modes(elements, X, Y);
