@@ -160,7 +160,7 @@ void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)
       volume += point.det_x;
       volume_X += point.det_X;
 
-      Pack Q[3][3], w, d;
+      Pack Q[3][3], w, d = Pack{};
       law.template at_gauss_point<with_energy>(point, history, centre, Q, w, d);
       history.offset += history_size / 8;
 

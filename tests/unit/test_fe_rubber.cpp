@@ -141,7 +141,9 @@ TEST(MooneyRivlin, EnergyIsTheWorkOfAnyPath)
   // trapezoidal rule
   Random random(3);
   const HexCoords X = box(a, b, c);
-  const HexCoords target = random.rotation() * (X + random.matrix<HexCoords>(0.3e-3));
+  // by 0.7 rad: on the straight way to it the element must not turn inside out
+  const Mat3 R = Eigen::AngleAxisd(0.7, Vec3(1.0, 2.0, 2.0) / 3.0).toRotationMatrix();
+  const HexCoords target = R * (X + random.matrix<HexCoords>(0.15e-3));
   const MooneyRivlinKernel kernel(pvb);
   const auto work = [&](int steps) {
     double sum = 0.0;
@@ -157,8 +159,7 @@ TEST(MooneyRivlin, EnergyIsTheWorkOfAnyPath)
     return sum;
   };
   ASSERT_GT((target - X).norm(), 1e-4);
-  double W = kernel.energy(target, X);
-  if (std::isnan(W)) GTEST_FAIL() << "the path is too wild";
+  const double W = kernel.energy(target, X);
   const double coarse = work(400) - W, fine = work(800) - W;
   EXPECT_NEAR(fine, 0.0, 1e-4 * W);
   EXPECT_NEAR(coarse / fine, 4.0, 0.1);
