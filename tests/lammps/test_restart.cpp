@@ -2,15 +2,19 @@
 //
 // timeout: 240
 
-#include "events.h"
-#include "glass_block.h"
+#include "cracking_beam.h"
 #include "mesh_file.h"
+
+#include <gmock/gmock.h>
+
+#include <functional>
 
 #include <cmath>
 #include <set>
 
 using namespace defe::test;
 using defe::Vec3;
+using testing::HasSubstr;
 
 namespace {
 
@@ -49,35 +53,13 @@ std::map<int, std::vector<double>> elements(Lammps &lmp)
   return result;
 }
 
-/// A beam that is bent until it cracks, in the middle and then elsewhere: conversions go on for the
-/// 260 steps of the test.
-Block cracking_block()
-{
-  Block block;
-  block.n[0] = 16;
-  block.n[1] = 5;
-  block.n[2] = 2;
-  block.box_hi[0] = 0.05;
-  block.convert = "5.6e7 type 2 group particles";
-  block.coeff = "connective material cohesive 6e7 10.0 0.1 contact 0.9 0.2";
-  return block;
-}
-
 constexpr int middle = 100, end = 260;
-
-void pull(Lammps &lmp, const Block &block)
-{
-  lmp.change([&](Particle &p) {
-    const double s = (p.x[0] - block.centre()[0]) / 0.016;
-    p.v = Vec3(0.0, 12.0 * (s * s - 1.0 / 3.0), 0.0) + 0.1 * random_of(p.tag, 8);
-  });
-}
 
 /// Read the restart file and go on; the conversions after the restart.
 std::vector<std::array<long, 2>> go_on(MPI_Comm comm, const std::string &restart,
                                        const std::string &events, Particles *last = nullptr)
 {
-  Block block = cracking_block();
+  Block block = cracking_beam();
   block.options = "events " + events;
   remove_file(events, comm);    // after a restart it is continued
   Lammps lmp(comm);
@@ -206,7 +188,7 @@ TEST(DataFile, AppendedTwice)
 TEST(Restart, SameConversionsFromTheMiddleOfACrack)
 {
   const bool root = rank_of(MPI_COMM_WORLD) == 0;
-  Block block = cracking_block();
+  Block block = cracking_beam();
   std::vector<std::array<long, 2>> whole;
   Particles last;
   {
@@ -214,7 +196,7 @@ TEST(Restart, SameConversionsFromTheMiddleOfACrack)
     remove_file("whole.txt");
     Lammps lmp;
     lmp.commands(block.script() + "restart " + std::to_string(middle) + " mid.*.restart\n");
-    pull(lmp, block);
+    bend(lmp, block);
     lmp.run(end);
     last = lmp.particles();
     MPI_Barrier(MPI_COMM_WORLD);
@@ -230,7 +212,7 @@ TEST(Restart, SameConversionsFromTheMiddleOfACrack)
     remove_file("one.txt", MPI_COMM_SELF);
     Lammps lmp(MPI_COMM_SELF);
     lmp.commands(block.script() + "restart " + std::to_string(middle) + " one.*.restart\n");
-    pull(lmp, block);
+    bend(lmp, block);
     lmp.run(end);
     EXPECT_EQ(conversions("one.txt", middle), whole) << "on one rank";
   }
@@ -295,4 +277,315 @@ TEST(Restart, InTheMiddleOfACollision)
   EXPECT_LT(difference(whole, twice, &Particle::x), 1e-12);
   EXPECT_LT(difference(whole, after, &Particle::x), 1e-12);
   EXPECT_LT(difference(whole, after, &Particle::v), 1e-6);
+}
+
+// ---- any step, any number of ranks ----
+
+namespace {
+
+/// 1e-9 of an element edge
+constexpr double same_place = 1e-9 * h;
+
+/// Do something on the first n ranks; the others wait.
+void on_ranks(int n, const std::function<void(MPI_Comm)> &something)
+{
+  MPI_Comm comm;
+  const int rank = rank_of(MPI_COMM_WORLD);
+  MPI_Comm_split(MPI_COMM_WORLD, rank < n ? 0 : MPI_UNDEFINED, rank, &comm);
+  if (rank < n) {
+    something(comm);
+    MPI_Comm_free(&comm);
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+}
+
+struct State {
+  Particles particles;
+  std::map<int, double> entries;
+  History events;    // after the restart
+};
+
+State state_of(Lammps &lmp, const std::string &events, long after, MPI_Comm comm)
+{
+  State state;
+  state.particles = lmp.particles();
+  for (int k = ELEMENTS; k <= FIRST_DAMAGE; k++) state.entries[k] = lmp.fe(static_cast<Entry>(k));
+  MPI_Barrier(comm);
+  state.events = history(events, after);
+  MPI_Barrier(comm);
+  return state;
+}
+
+void expect_same(const State &a, const State &b, const std::string &what)
+{
+  EXPECT_EQ(a.events, b.events) << what;
+  ASSERT_EQ(a.particles.size(), b.particles.size()) << what;
+  EXPECT_LT(difference(a.particles, b.particles, &Particle::x), same_place) << what;
+  const double total = std::abs(a.entries.at(TOTAL));
+  for (const auto &e : a.entries) {
+    double tolerance = 0.0;
+    if (e.first == S1_MAX)
+      tolerance = 1e-5 * e.second;
+    else if (e.first >= E_ELEMENTS && e.first <= BALANCE)
+      tolerance = 1e-8 * total;
+    else if (e.first > BALANCE)
+      tolerance = 1e-18;
+    EXPECT_NEAR(e.second, b.entries.at(e.first), tolerance) << what << ", f_fe[" << e.first << "]";
+  }
+}
+
+/// A formula of the next step in the list, for `restart`.
+std::string next_of(const std::vector<long> &steps)
+{
+  std::string s;
+  long last = -1;
+  for (const long step : steps) {
+    s += std::to_string(step) + "*(step>=" + std::to_string(last) + ")*(step<" +
+        std::to_string(step) + ")+";
+    last = step;
+  }
+  return s + "100000000*(step>=" + std::to_string(last) + ")";
+}
+
+/// Number of ranks that write, and that read.
+std::vector<std::pair<int, int>> changes_of_ranks()
+{
+  switch (size_of(MPI_COMM_WORLD)) {
+    case 1:
+      return {{1, 1}};
+    case 2:
+      return {{2, 2}, {1, 2}, {2, 1}};
+  }
+  return {{4, 4}, {1, 4}, {4, 1}, {2, 4}, {3, 2}};
+}
+
+}    // namespace
+
+// Before anything converts, when an element is marked, when it converts, and in the middle of the
+// cracks; with damping, friction and shields. Conversions, changes of joints, the ledger and
+// positions are those of the uninterrupted run.
+TEST(Restart, AnyStepAnyRanks)
+{
+  const Block plain = cracking_beam();
+  constexpr long last = 250;
+  State whole[5];    // by restart, from the uninterrupted run on all ranks
+  std::vector<long> steps;
+  {
+    Block block = plain;
+    block.options = "events any.txt";
+    remove_file("any.txt");
+    Lammps lmp;
+    lmp.commands(block.script());
+    bend(lmp, block);
+    lmp.run(last);
+    const State state = state_of(lmp, "any.txt", -1, MPI_COMM_WORLD);
+    long first = 0, damage = 0;
+    for (const auto &e : state.events) {
+      if (!first && std::get<1>(e) == "convert") first = std::get<0>(e);
+      if (!damage && std::get<1>(e) == "cohesive") damage = std::get<0>(e);
+    }
+    ASSERT_GT(first, 10) << "a poor example";
+    ASSERT_GT(damage, 0) << "a poor example";
+    steps = {first / 2, first - 1, first, std::max(damage, first + 1), 100};
+    std::sort(steps.begin(), steps.end());
+    ASSERT_LT(steps[3], steps[4]) << "a poor example";
+    for (int k = 0; k < 5; k++) {
+      whole[k] = state;
+      auto &list = whole[k].events;
+      list.erase(std::remove_if(list.begin(), list.end(),
+                                [&](const auto &e) {
+                                  return std::get<0>(e) <= steps[k];
+                                }),
+                 list.end());
+      EXPECT_GT(list.size(), 30u) << "a poor example";
+    }
+  }
+  const auto name = [](int ranks, long step) {
+    return "any" + std::to_string(ranks) + "." + std::to_string(step);
+  };
+  std::set<int> written;
+  for (const auto &change : changes_of_ranks()) {
+    const int from = change.first, to = change.second;
+    if (written.insert(from).second)
+      on_ranks(from, [&](MPI_Comm comm) {
+        Lammps lmp(comm);
+        lmp.commands(plain.script() + "variable next equal \"" + next_of(steps) +
+                     "\"\nrestart v_next any" + std::to_string(from) + ".*\n");
+        bend(lmp, plain);
+        lmp.run(110);
+      });
+    for (const bool tiled : {false, true}) {
+      for (int k = 0; k < 5; k++) {
+        if (tiled && k != 4) continue;
+        on_ranks(to, [&](MPI_Comm comm) {
+          Block block = plain;
+          block.options = "events part.txt";
+          remove_file("part.txt", comm);
+          Lammps lmp(comm);
+          lmp.commands(block.header() + (tiled ? "comm_style tiled\n" : "") + "read_restart " +
+                       name(from, steps[k]) + "\n" + block.fix_only() + block.motion() +
+                       (tiled ? "balance 1.0 rcb\n" : ""));
+          EXPECT_EQ(lmp.step(), steps[k]);
+          lmp.run(last - steps[k]);
+          expect_same(whole[k], state_of(lmp, "part.txt", -1, comm),
+                      "written by " + std::to_string(from) + ", read by " + std::to_string(to) +
+                          " ranks at step " + std::to_string(steps[k]) + (tiled ? ", tiled" : ""));
+        });
+      }
+    }
+  }
+}
+
+// When all is broken there are only contacts: damped, with friction and histories.
+TEST(Restart, WhenAllIsBroken)
+{
+  Block block;
+  block.n[0] = block.n[1] = block.n[2] = 2;
+  block.convert += " start all";
+  block.coeff = "connective material cohesive 3e7 5.0 0.3 contact 0.7 0.3";
+  State whole;
+  {
+    block.options = "events broken.txt";
+    remove_file("broken.txt");
+    Lammps lmp;
+    lmp.commands(block.script());
+    lmp.change([&](Particle &p) {
+      p.v = 1e4 * (p.x - block.centre()) + random_of(p.tag, 3);
+    });
+    lmp.run(100);
+    EXPECT_EQ(lmp.fe(CONNECTIVE) + lmp.fe(COHESIVE) + lmp.fe(ELEMENTS), 0.0) << "a poor example";
+    lmp.change([&](Particle &p) {    // and together again
+      p.v = -5e3 * (p.x - block.centre()) + random_of(p.tag, 3);
+      p.omega = 1e4 * random_of(p.tag, 4);
+    });
+    lmp.commands("restart 150 broken.*.restart");
+    lmp.run(200);
+    EXPECT_GT(lmp.fe(DAMPING), 0.0) << "a poor example";
+    EXPECT_GT(lmp.fe(FRICTION), 0.0) << "a poor example";
+    whole = state_of(lmp, "broken.txt", 150, MPI_COMM_WORLD);
+  }
+  remove_file("rest.txt");
+  block.options = "events rest.txt";
+  Lammps lmp;
+  lmp.commands(block.header() + "read_restart broken.150.restart\n" + block.fix_only() +
+               block.motion());
+  EXPECT_GT(lmp.step(), 0);
+  lmp.run(150);
+  expect_same(whole, state_of(lmp, "rest.txt", -1, MPI_COMM_WORLD), "all broken");
+}
+
+// write_restart between runs, and a file per rank; read again with and without the files' number of
+// ranks.
+TEST(Restart, BetweenRunsAndInManyFiles)
+{
+  const Block plain = cracking_beam();
+  State whole;
+  {
+    Block block = plain;
+    block.options = "events files.txt";
+    remove_file("files.txt");
+    Lammps lmp;
+    lmp.commands(block.script() + "restart 90 files.%.*");
+    bend(lmp, block);
+    lmp.run(100);
+    lmp.commands("write_restart between.restart\nwrite_restart between.% fileper 2\nrestart 0");
+    lmp.run(100);
+    whole = state_of(lmp, "files.txt", 100, MPI_COMM_WORLD);
+  }
+  const int size = size_of(MPI_COMM_WORLD);
+  for (const std::string file : {"between.restart", "between.%", "files.%.90"})
+    for (const int ranks : {size, (size + 1) / 2})
+      on_ranks(ranks, [&](MPI_Comm comm) {
+        Block block = plain;
+        block.options = "events parts.txt";
+        remove_file("parts.txt", comm);
+        Lammps lmp(comm);
+        lmp.commands(block.header() + "read_restart " + file + "\n" + block.fix_only() +
+                     block.motion());
+        lmp.run(200 - lmp.step());
+        expect_same(whole, state_of(lmp, "parts.txt", 100, comm), file);
+      });
+}
+
+// The run goes beyond its last restart file and ends there. Its event file is continued from the
+// restart on: nothing twice, nothing missing.
+TEST(Restart, EventFileIsContinued)
+{
+  Block block = cracking_beam();
+  block.options = "events continued.txt";
+  History whole, before;
+  for (const bool interrupted : {false, true}) {
+    remove_file("continued.txt");
+    Lammps lmp;
+    lmp.commands(block.script() + "restart 120 continued.*.restart");
+    bend(lmp, block);
+    lmp.run(interrupted ? 150 : 200);
+    MPI_Barrier(MPI_COMM_WORLD);
+    (interrupted ? before : whole) = history("continued.txt");
+    MPI_Barrier(MPI_COMM_WORLD);
+  }
+  EXPECT_GT(std::count_if(before.begin(), before.end(),
+                          [](const auto &e) {
+                            return std::get<0>(e) > 120;
+                          }),
+            5)
+      << "a poor example";
+  for (int again = 0; again < 2; again++) {    // it may be interrupted more than once
+    Lammps lmp;
+    lmp.commands(block.header() + "read_restart continued.120.restart\n" + block.fix_only() +
+                 block.motion());
+    lmp.run(80);
+    MPI_Barrier(MPI_COMM_WORLD);
+    EXPECT_EQ(history("continued.txt"), whole);
+    MPI_Barrier(MPI_COMM_WORLD);
+  }
+}
+
+// Elements that are left go to the data file and come back; of DEs it says what is lost.
+TEST(DataFile, AfterConversions)
+{
+  Block block = cracking_beam();
+  std::map<int, std::vector<double>> left;
+  Particles all;
+  const std::string computes = "compute hexes all defe/hex/local id part\n";
+  double mass = 0.0, elements_left = 0.0;
+  {
+    Lammps lmp;
+    lmp.commands(block.script() + computes);
+    bend(lmp, block);
+    lmp.run(150);
+    EXPECT_GT(lmp.fe(DES), 100) << "a poor example";
+    EXPECT_GT(lmp.fe(CONTACT), 20) << "a poor example";
+    lmp.commands("log cracked.log\nwrite_data cracked.data\nlog none");
+    left = elements(lmp);
+    all = lmp.particles();
+    mass = total_mass(all);
+    elements_left = lmp.fe(ELEMENTS);
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  if (rank_of(MPI_COMM_WORLD) == 0) {
+    std::ifstream in("cracked.log");
+    std::stringstream text;
+    text << in.rdbuf();
+    EXPECT_THAT(text.str(),
+                HasSubstr("WARNING: Data file holds the " + std::to_string(left.size()) +
+                          " finite elements"));
+    EXPECT_THAT(text.str(), HasSubstr("are lost: use write_restart"));
+  }
+  Lammps lmp;
+  lmp.commands(block.header() + block.box() + block.fix() + read_mesh("cracked.data") +
+               block.motion() + computes);
+  lmp.run(0);
+  EXPECT_EQ(lmp.fe(ELEMENTS), elements_left);
+  EXPECT_EQ(lmp.fe(DES), 0);
+  EXPECT_NEAR(lmp.fe(E_ELEMENTS), 0.0, 1e-15);    // free of stress again
+  const auto back = elements(lmp);
+  ASSERT_EQ(back.size(), left.size());
+  for (const auto &e : left) EXPECT_EQ(e.second[1], back.at(e.first)[1]) << "element " << e.first;
+  const Particles again = lmp.particles();
+  ASSERT_EQ(again.size(), all.size());
+  EXPECT_EQ(difference(all, again, &Particle::x), 0.0);
+  EXPECT_EQ(difference(all, again, &Particle::v), 0.0);
+  // DEs are loose spheres now; nodes have the mass of what is left of their elements, now deformed
+  EXPECT_NEAR(total_mass(again) / mass, 1.0, 1e-2);
 }

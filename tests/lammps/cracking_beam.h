@@ -1,0 +1,48 @@
+#ifndef DEFE_TEST_CRACKING_BEAM_H
+#define DEFE_TEST_CRACKING_BEAM_H
+
+// A glass beam that is bent until it cracks, in the middle and then elsewhere: elements convert,
+// joints soften and break, and fragments touch, for the 260 steps of a test.
+
+#include "events.h"
+#include "glass_block.h"
+
+#include <tuple>
+
+namespace defe::test {
+
+inline Block cracking_beam()
+{
+  Block block;
+  block.n[0] = 16;
+  block.n[1] = 5;
+  block.n[2] = 2;
+  block.box_hi[0] = 0.05;
+  block.convert = "5.6e7 type 2 group particles";
+  block.coeff = "connective material cohesive 6e7 10.0 0.1 contact 0.9 0.2";
+  return block;
+}
+
+/// The bending motion, with some noise.
+inline void bend(Lammps &lmp, const Block &block)
+{
+  lmp.change([&](Particle &p) {
+    const double s = (p.x[0] - block.centre()[0]) / 0.016;
+    p.v = Vec3(0.0, 12.0 * (s * s - 1.0 / 3.0), 0.0) + 0.1 * random_of(p.tag, 8);
+  });
+}
+
+/// What happened after step `after`: (step, what, id, id2) of conversions and joints.
+using History = std::vector<std::tuple<long, std::string, long, long>>;
+
+inline History history(const std::string &file, long after = -1)
+{
+  History list;
+  for (const auto &e : read_events(file))
+    if (e.step > after) list.emplace_back(e.step, e.what, e.a, e.b);
+  return list;
+}
+
+}    // namespace defe::test
+
+#endif
