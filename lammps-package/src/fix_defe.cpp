@@ -67,6 +67,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 
   restart_peratom = 1;
   restart_global = 1;
+  restart_file = 1;    // none of its own: it looks at what was written
   create_attribute = 1;
   force_reneighbor = 1;
   next_reneighbor = -1;
@@ -929,6 +930,7 @@ void FixDefe::setup(int vflag)
 {
   after_setup = true;
   continue_with_kept_forces();
+  flush_events();    // a file that cannot be written ends the run here, not after hours
   post_force(vflag);
 
   // between two evaluations of the elements, those that were marked then stay so
@@ -1252,8 +1254,12 @@ void FixDefe::update_maxexchange()
 
 int FixDefe::pack_restart(int i, double *buf)
 {
-  // pack_record sets buf[0] = size as LAMMPS wants it
-  return pack_record(i, buf);
+  // the step tells files of different restarts apart, of which a set may be left by a run that was
+  // killed
+  int m = pack_record(i, buf);
+  buf[m++] = ubuf(update->ntimestep).d;
+  buf[0] = m;    // as LAMMPS wants it
+  return m;
 }
 
 void FixDefe::unpack_restart(int i, int nth)
@@ -1261,12 +1267,18 @@ void FixDefe::unpack_restart(int i, int nth)
   double **extra = atom->extra;
   int m = 0;
   for (int k = 0; k < nth; k++) m += static_cast<int>(extra[i][m]);
-  unpack_record(i, &extra[i][m]);
+  m += unpack_record(i, &extra[i][m]);
+  const auto step = static_cast<bigint>(ubuf(extra[i][m]).i);
+  if (step != restart_step)
+    error->one(FLERR,
+               "Restart files do not belong together: atom {} is of step {}, the base file of step "
+               "{}; use an older set of files",
+               atom->tag[i], step, restart_step);
 }
 
 int FixDefe::size_restart(int i)
 {
-  return record_size(i);
+  return record_size(i) + 1;
 }
 
 int FixDefe::maxsize_restart()
@@ -1274,7 +1286,7 @@ int FixDefe::maxsize_restart()
   int n = RECORD_SIZE + DE_SIZE;
   int largest = 0;
   for (int i = 0; i < atom->nlocal; i++) largest = MAX(largest, record_size(i));
-  return MAX(n, largest);
+  return MAX(n, largest) + 1;
 }
 
 namespace {
@@ -1285,6 +1297,7 @@ struct GlobalState {
   int start_done, hexes_per_node;
   double dt_finite, dt_discrete, max_diagonal, first_conversion, first_damage;
   bigint nodes_total, des_gone, kept_step, kept_natoms;
+  bigint step, events_written;
   int fe_every, fe_clock;
   double since_history, mass_total, mass_gone, max_step_length;
 };
@@ -1292,6 +1305,8 @@ struct GlobalState {
 
 void FixDefe::write_restart(FILE *fp)
 {
+  flush_events();    // else those up to here would be missing when the run is killed later
+
   double mine[8] = {ledger.fracture,    ledger.release,      ledger.damping,  ledger.friction,
                     ledger.conv_strain, ledger.conv_kinetic, ledger.external, ledger.viscous};
   GlobalState g;
@@ -1305,6 +1320,8 @@ void FixDefe::write_restart(FILE *fp)
   g.fe_clock = fe_clock;
   g.since_history = since_history;
   g.kept_step = kept_step;
+  g.step = update->ntimestep;
+  g.events_written = events_written;
   g.kept_natoms = kept_natoms;
   g.des_total = des_total;
   g.hexes_total = hexes_total;
@@ -1380,6 +1397,8 @@ void FixDefe::restart(char *buf)
   mass_total = g.mass_total;
   max_step_length = g.max_step_length;
   kept_step = g.kept_step;
+  restart_step = last_step = g.step;
+  events_written = g.events_written;
   kept_natoms = g.kept_natoms;
   des_total = g.des_total;
   hexes_total = g.hexes_total;
@@ -1394,7 +1413,7 @@ void FixDefe::restart(char *buf)
   dt_discrete = g.dt_discrete;
   max_diagonal = g.max_diagonal;
   mesh_dirty = false;
-  event_header = true;    // go on with the file
+  events_continued = true;    // go on with the file
 }
 
 /* ----------------------------------------------------------------------

@@ -60,6 +60,7 @@ class FixDefe : public Fix {
   int size_restart(int) override;
   int maxsize_restart() override;
   void write_restart(FILE *) override;
+  void write_restart_file(const char *) override;
   void restart(char *) override;
 
   int pack_forward_comm(int, int *, double *, int, int *) override;
@@ -340,6 +341,8 @@ class FixDefe : public Fix {
   std::vector<double> f_internal;    // forces of owned atoms before other fixes add theirs
   double external_power = 0.0;
   bool after_setup = false;
+  double clock = 0.0;       // simulated time at the last step
+  bigint last_step = -1;    // its number
   double power_of_others();
   double virial_fe[6];
   double fe_energy_all();
@@ -351,6 +354,10 @@ class FixDefe : public Fix {
   std::vector<double> scratch;
   std::vector<Event> events;
   void flush_events();
+  void continue_events();
+  bigint events_written = 0;    // lines in the file, known to the first rank
+  bool events_continued = false;
+  bigint restart_step = -1;    // of the file that was read
 
   // ---- pictures ----
   std::vector<double> image_data;

@@ -12,6 +12,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "lmprestart.h"
 #include "update.h"
 
 #include "defe/fe/principal.h"
@@ -216,6 +217,85 @@ void FixDefe::record_event(const Event &e)
   if (!event_file.empty()) events.push_back(e);
 }
 
+/* ----------------------------------------------------------------------
+   after a restart: the file goes on where the restart file was written. What the
+   interrupted run wrote after that will happen again.
+------------------------------------------------------------------------- */
+
+void FixDefe::continue_events()
+{
+  events_continued = false;
+  FILE *fp = fopen(event_file.c_str(), "r");
+  if (!fp) {    // elsewhere, or it has another name now: a new one
+    events_written = 0;
+    return;
+  }
+  event_header = true;
+  std::string kept;
+  bigint lines = 0;
+  bool more = false;
+  char line[1024];
+  while (!more && fgets(line, sizeof(line), fp)) {
+    if (line[0] != '#' && ++lines > events_written)
+      more = true;
+    else
+      kept += line;
+  }
+  fclose(fp);
+  if (!more) {
+    events_written = lines;
+    return;
+  }
+
+  const std::string shorter = event_file + ".tmp";
+  fp = fopen(shorter.c_str(), "w");
+  bool failed = !fp || fputs(kept.c_str(), fp) < 0;
+  if (fp && fclose(fp)) failed = true;
+  if (failed || rename(shorter.c_str(), event_file.c_str()))
+    error->one(FLERR, "Fix defe cannot write its event file {}: {}", event_file,
+               utils::getsyserror());
+}
+
+/* ----------------------------------------------------------------------
+   LAMMPS looks for errors before it closes a restart file, when its end may not yet be on the
+   disk: look at the end itself
+------------------------------------------------------------------------- */
+
+void FixDefe::write_restart_file(const char *name)
+{
+  std::string incomplete;
+  if (comm->me == 0) {
+    std::vector<std::string> files{name};
+    const auto percent = files[0].find('%');
+    if (percent != std::string::npos) {
+      const std::string pattern = files[0];
+      files[0].replace(percent, 1, "base");
+      for (int p = 0; p < comm->nprocs; p++) {
+        files.push_back(pattern);
+        files.back().replace(percent, 1, std::to_string(p));
+      }
+    }
+    static constexpr char magic[] = MAGIC_STRING;
+    for (const auto &file : files) {
+      FILE *fp = fopen(file.c_str(), "rb");
+      if (!fp && file != files[0]) continue;    // fewer files than processors
+      char end[sizeof(magic)] = "";
+      const bool good = fp && fseek(fp, -static_cast<long>(sizeof(magic)), SEEK_END) == 0 &&
+          fread(end, 1, sizeof(magic), fp) == sizeof(magic) && !memcmp(end, magic, sizeof(magic));
+      if (fp) fclose(fp);
+      if (!good) incomplete = file;
+    }
+  }
+  int n = static_cast<int>(incomplete.size());
+  MPI_Bcast(&n, 1, MPI_INT, 0, world);
+  if (n == 0) return;
+  incomplete.resize(n);
+  MPI_Bcast(&incomplete[0], n, MPI_CHAR, 0, world);
+  error->all(FLERR, "Restart file {} is incomplete: is the disk full?", incomplete);
+}
+
+/* ---------------------------------------------------------------------- */
+
 void FixDefe::flush_events()
 {
   if (event_file.empty()) return;
@@ -241,6 +321,7 @@ void FixDefe::flush_events()
     if (a.what != b.what) return a.what < b.what;
     return a.a != b.a ? a.a < b.a : a.b < b.b;
   });
+  if (events_continued) continue_events();
   FILE *fp = fopen(event_file.c_str(), event_header ? "a" : "w");
   if (!fp)
     error->one(FLERR, "Fix defe cannot write its event file {}: {}", event_file,
@@ -257,6 +338,7 @@ void FixDefe::flush_events()
     utils::print(fp, "{} {:.9g} {} {} {} {:.9g} {:.9g} {:.9g} {:.4g} {:.4g} {:.4g} {:.6g}\n",
                  e.step, e.time, name[e.what], e.a, e.b, e.x[0], e.x[1], e.x[2], e.n[0], e.n[1],
                  e.n[2], e.value);
+  events_written += static_cast<bigint>(all.size());
   const bool failed = ferror(fp) != 0;
   if (fclose(fp) || failed)
     error->one(FLERR, "Fix defe cannot write its event file {}: {}", event_file,
