@@ -83,7 +83,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   thermo_virial = 1;
   virial_global_flag = 1;
   dynamic_group_allow = 1;
-  time_depend = 1;
+  no_change_box = 1;    // no triclinic boxes
   nevery = 1;
 
   scalar_flag = 1;
@@ -267,6 +267,8 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
     atom->map_set();
   }
 
+  clock = now();
+
   FixDefe::grow_arrays(atom->nmax);
   atom->add_callback(Atom::GROW);
   atom->add_callback(Atom::RESTART);
@@ -353,15 +355,38 @@ void FixDefe::init()
         "Fix defe cannot minimize with DEs: joints damage along a path in time; minimize before "
         "elements convert, or damp the motion with fix viscous");
 
-  // IDs of DEs are those of their elements, shifted
+  // IDs of DEs are those of their elements, shifted; nodes are points
 
-  const tagint last_de = de_base + 8 * last_element;
-  for (int i = 0; i < atom->nlocal; i++)
-    if (!de[i] && de_base > 0 && atom->tag[i] > de_base && atom->tag[i] <= last_de)
-      error->one(FLERR,
-                 "Atom {} has an ID that is kept for DEs ({} to {}): create other atoms before the "
-                 "first run",
-                 atom->tag[i], de_base + 1, last_de);
+  tagint mine[2] = {MAXTAGINT, MAXTAGINT}, all[2];
+  for (int i = 0; i < atom->nlocal; i++) {
+    const tagint tag = atom->tag[i];
+    if (de[i]) continue;
+    if (de_base > 0 && tag > de_base && tag <= de_base + 8 * last_element)
+      mine[0] = MIN(mine[0], tag);
+    if (nelem[i] > 0 && atom->radius[i] != 0.0) mine[1] = MIN(mine[1], tag);
+  }
+  MPI_Allreduce(mine, all, 2, MPI_LMP_TAGINT, MPI_MIN, world);
+  if (all[0] < MAXTAGINT)
+    error->all(FLERR,
+               "Atom {} has an ID that is kept for DEs ({} to {}): create other atoms before the "
+               "first run",
+               all[0], de_base + 1, de_base + 8 * last_element);
+  if (all[1] < MAXTAGINT)
+    error->all(FLERR, "Node {} of the mesh was given a radius: nodes are spheres of radius 0",
+               all[1]);
+
+  // reset_timestep may have put the clock back or forward: shields keep their age, and forces of
+  // the last step are still those
+
+  if (now() != clock)
+    for (int i = 0; i < atom->nlocal; i++)
+      for (auto &h : hexes[i])
+        if (h.extra)
+          for (auto &s : h.extra->shields) s.time += now() - clock;
+  clock = now();
+  if (kept_step == last_step) kept_step = update->ntimestep;
+  last_step = update->ntimestep;
+  convert_step = -1;    // setup schedules anew what is marked
 
   // joints and facets need their nodes as ghosts, two elements deep
 
@@ -965,6 +990,26 @@ void FixDefe::schedule_conversion(int steps)
 
 void FixDefe::end_of_step()
 {
+  // no first half kick: rerun sets positions and asks for forces
+
+  if (after_setup) {
+    int mine = 0, any = 0;
+    for (const auto &b : batches) mine = mine || !b.history.empty();
+    MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+    if (any)
+      error->all(FLERR,
+                 "Fix defe: rerun cannot follow materials with a memory (prony): what is in a dump "
+                 "does not tell their stress");
+    if (des_total > 0 || convert_step >= 0)
+      error->all(FLERR,
+                 "Fix defe: rerun cannot follow a body in which elements convert (step {}); it "
+                 "works for finite elements only",
+                 update->ntimestep);
+    vector_step = -1;
+    clock = now();
+    return;
+  }
+
   // second half kick of this step
 
   external_power = power_of_others();
@@ -972,6 +1017,8 @@ void FixDefe::end_of_step()
   if (kept_step == update->ntimestep) keep_motion();
 
   if (fe_clock == 0) mark_elements();
+  clock = now();
+  last_step = update->ntimestep;
   vector_step = -1;
   if (update->ntimestep % FLUSH_EVERY == 0) flush_events();
 }

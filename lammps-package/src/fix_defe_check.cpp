@@ -17,6 +17,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "force.h"
 #include "group.h"
 #include "modify.h"
 #include "output.h"
@@ -327,6 +328,34 @@ void FixDefe::account_for_deleted()
   nodes_total = all[2];
   MPI_Allreduce(&mass, &mass_total, 1, MPI_DOUBLE, MPI_SUM, world);
   check_records("after atoms were deleted");
+
+  // elements do not know their ties, but which DEs are behind their faces
+
+  if (force->pair_match("defe/contact", 1)) return;    // there they hold nothing
+  struct Behind {
+    tagint de, element;    // element = 0: the DE itself
+  };
+  Letters<Behind> letters(lmp);
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (de[i]) letters.to_id(atom->tag[i], {atom->tag[i], 0});
+    for (const auto &h : hexes[i])
+      for (int f = 0; f < 6; f++)
+        if (h.nb[f] < 0)
+          for (int k : defe::fe::hex_face[static_cast<int>(h.nbface[f])]) {
+            const tagint tag = de_base + 8 * (-h.nb[f] - 1) + k + 1;
+            letters.to_id(tag, {tag, h.id});
+          }
+  }
+  const auto came = letters.send();
+  std::unordered_set<tagint> des;
+  for (const auto &b : came)
+    if (!b.element) des.insert(b.de);
+  for (const auto &b : came)
+    if (b.element && !des.count(b.de))
+      error->one(FLERR,
+                 "Fix defe after atoms were deleted at step {}: DE {} was lost or deleted while it "
+                 "was tied to element {}: only whole bodies and loose DEs can be deleted",
+                 update->ntimestep, b.de, b.element);
 }
 
 /* ----------------------------------------------------------------------

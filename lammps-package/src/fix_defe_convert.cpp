@@ -102,6 +102,13 @@ void FixDefe::convert_marked()
   const int nlocal = atom->nlocal;
   const int nall = nlocal + atom->nghost;
 
+  for (int i = 0; i < nlocal; i++)
+    if (!de[i] && atom->tag[i] > de_base && atom->tag[i] <= de_base + 8 * last_element)
+      error->one(FLERR,
+                 "Atom {} came during the run and has an ID that is kept for DEs ({} to {}): fixes "
+                 "like deposit and pour cannot be used with elements that convert",
+                 atom->tag[i], de_base + 1, de_base + 8 * last_element);
+
   ghost_positions();
   double **x = atom->x;
   double **v = atom->v;
@@ -312,6 +319,11 @@ void FixDefe::convert_marked()
     atom->rmass[i] -= loss_mass[i];
     if (nelem[i] < 0)
       error->one(FLERR, "Fix defe: node {} lost more elements than it had", atom->tag[i]);
+    if (nelem[i] == 0 ? std::abs(atom->rmass[i]) > 1.0e-6 * loss_mass[i] : !(atom->rmass[i] > 0.0))
+      error->one(FLERR,
+                 "Node {} does not have the mass of its elements when they convert at step {}: do "
+                 "not change masses of nodes with 'set', change the density of the material",
+                 atom->tag[i], update->ntimestep);
   }
   for (const auto &o : own) {
     auto &list = hexes[(*o.idx)[0]];

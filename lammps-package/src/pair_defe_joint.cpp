@@ -824,12 +824,14 @@ void PairDefeJoint::contact_forces()
     auto par = defe::ContactParameters{kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), c.restitution,
                                        c.friction, c.damping_ratio};
     Vec3 history(shear[0], shear[1], shear[2]);
-    const auto r = defe::sphere_contact(
+    auto r = defe::sphere_contact(
         Vec3(del[0], del[1], del[2]), Vec3(v[i][0] - v[j][0], v[i][1] - v[j][1], v[i][2] - v[j][2]),
         Vec3(omega[i][0], omega[i][1], omega[i][2]), Vec3(omega[j][0], omega[j][1], omega[j][2]),
         radius[i], radius[j], reach, rmass[i] * rmass[j] / (rmass[i] + rmass[j]), dt, history, par);
     // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
-    if (!update->setupflag)
+    if (update->setupflag)
+      r.stored += 0.5 * par.kt * (Vec3(shear).squaredNorm() - history.squaredNorm());
+    else
       for (int k = 0; k < 3; k++) shear[k] = history[k];
 
     const bool whole = newton_pair || j < nlocal;

@@ -583,6 +583,24 @@ TEST(Rerun, WithDiscreteElements)
   }
 }
 
+TEST(Rerun, MaterialsWithAMemory)
+{
+  const Block block;
+  remove_file("memory.dump");
+  const std::string made = block.header() + block.box() +
+      "pair_style zero 0.001\npair_coeff * *\ngroup particles empty\n"
+      "fix fe all defe material glass prony 2e9 1100 1e6 1 3e8 2e5\n" +
+      block.mesh() + block.motion();
+  {
+    Lammps lmp;
+    lmp.commands(made + "dump d all custom 10 memory.dump id x y z\nrun 10\nundump d");
+  }
+  Lammps lmp;
+  lmp.commands(made);
+  EXPECT_THAT(failure(lmp, "rerun memory.dump dump x y z"),
+              AllOf(HasSubstr("rerun"), HasSubstr("memory")));
+}
+
 // ---- changing atoms ----
 
 // Mass that is added to nodes takes part in the motion, but no DE could take it over.

@@ -589,3 +589,71 @@ TEST(DataFile, AfterConversions)
   // DEs are loose spheres now; nodes have the mass of what is left of their elements, now deformed
   EXPECT_NEAR(total_mass(again) / mass, 1.0, 1e-2);
 }
+
+// With `every 3` the clock of the finite elements stands between two evaluations.
+TEST(Restart, TwoClocks)
+{
+  const Block plain = cracking_beam();
+  State whole;
+  {
+    Block block = plain;
+    block.options = "every 3 events clocks.txt";
+    remove_file("clocks.txt");
+    Lammps lmp;
+    lmp.commands(block.script() + "variable next equal \"" + next_of({70, 71, 72}) +
+                 "\"\nrestart v_next clocks.*\n");
+    bend(lmp, block);
+    lmp.run(220);
+    EXPECT_GT(lmp.fe(CONVERTED), 20) << "a poor example";
+    whole = state_of(lmp, "clocks.txt", 72, MPI_COMM_WORLD);
+    EXPECT_GT(whole.events.size(), 30u) << "a poor example";
+  }
+  for (const int step : {70, 71, 72}) {
+    Block block = plain;
+    block.options = "every 3 events clock.txt";
+    remove_file("clock.txt");
+    Lammps lmp;
+    lmp.commands(block.header() + "read_restart clocks." + std::to_string(step) + "\n" +
+                 block.fix_only() + block.motion());
+    lmp.run(220 - step);
+    expect_same(whole, state_of(lmp, "clock.txt", 72, MPI_COMM_WORLD),
+                "step " + std::to_string(step));
+  }
+}
+
+// Viscoelastic elements remember their strain.
+TEST(Restart, ViscoelasticMemory)
+{
+  Block block;
+  std::string fix = "fix fe all defe material glass prony 2e9 1100 1e6 2 3e8 2e5 1e8 1e6\n";
+  const std::string made = block.header() + block.box() +
+      "pair_style zero 0.001\npair_coeff * *\n" + "group particles empty\n" + fix + block.mesh() +
+      block.motion();
+  const auto shake = [](Particle &p) {
+    p.v = 30.0 * random_of(p.tag, 2);
+  };
+  Particles whole;
+  double total;
+  {
+    Lammps lmp;
+    lmp.commands(made + "restart 60 prony.*");
+    lmp.change(shake);
+    lmp.run(200);
+    whole = lmp.particles();
+    total = lmp.fe(TOTAL);
+  }
+  for (const bool restarted : {true, false}) {
+    Lammps lmp;
+    if (restarted)
+      lmp.commands(block.header() + "read_restart prony.60\n" + fix + block.motion());
+    else {
+      lmp.commands(made);
+      lmp.change(shake);
+      lmp.run(60);
+    }
+    EXPECT_EQ(lmp.step(), 60);
+    lmp.run(140);
+    EXPECT_LT(difference(whole, lmp.particles(), &Particle::x), same_place) << restarted;
+    EXPECT_NEAR(lmp.fe(TOTAL) / total, 1.0, 1e-9) << restarted;
+  }
+}
