@@ -1178,6 +1178,7 @@ void FixDefe::add_hex(int i, tagint hexid, int part, const tagint *nodes)
   }
   h.marked = 0;
   hexes[i].push_back(std::move(h));
+  hexes_added++;
   mesh_dirty = true;
 }
 

@@ -231,6 +231,7 @@ class FixDefe : public Fix {
   tagint de_base = 0;          // DE k of element e has the ID de_base + 8 (e - 1) + k + 1
   tagint last_element = 0;     // largest element ID of the mesh
   bigint hexes_total = 0, nodes_total = 0;
+  bigint hexes_added = 0;    // to the mesh by this rank, since its topology was made
   double mass_total = 0.0;
   double max_step_length = 0.0;    // a quarter of the shortest edge
   bigint des_gone = 0;             // of this rank: left the box, as the user allowed

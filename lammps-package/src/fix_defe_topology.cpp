@@ -139,7 +139,16 @@ void FixDefe::build_topology()
   MPI_Allreduce(&most, &hexes_per_node, 1, MPI_INT, MPI_MAX, world);
   hexes_per_node = MAX(hexes_per_node, 1);
   const bigint count = static_cast<bigint>(mesh.hex.size());
+  bigint made = 0;
+  MPI_Allreduce(&hexes_added, &made, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  made += hexes_total;
+  hexes_added = 0;
   MPI_Allreduce(&count, &hexes_total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (hexes_total < made && comm->me == 0)
+    error->warning(FLERR,
+                   "{} of {} elements have gone since they were made: their first nodes were "
+                   "deleted",
+                   made - hexes_total, made);
   const int rounds = static_cast<int>(count / CHUNK) + 1;
   MPI_Allreduce(&rounds, &mesh.rounds, 1, MPI_INT, MPI_MAX, world);
 

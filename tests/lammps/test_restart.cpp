@@ -416,7 +416,9 @@ TEST(Restart, AnyStepAnyRanks)
       });
     for (const bool tiled : {false, true}) {
       for (int k = 0; k < 5; k++) {
-        if (tiled && k != 4) continue;
+        // all steps on the same ranks; on others, and tiled, where much goes on
+        if ((tiled || change != changes_of_ranks().front()) && k != 2 && k != 4) continue;
+        if (tiled && k == 2) continue;
         on_ranks(to, [&](MPI_Comm comm) {
           Block block = plain;
           block.options = "events part.txt";
