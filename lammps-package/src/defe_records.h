@@ -90,6 +90,18 @@ struct DefeTouch {
   double stored;      // energy of the tangential spring
 };
 
+/** Contact of two spheres, as one of them sees it. Plain data. */
+struct SphereTouch {
+  tagint other;       // ID of the other one
+  double shear[3];    // tangential displacement, of this one against the other
+};
+
+/** All contacts of an atom; only some have any. */
+struct AtomTouch {
+  std::vector<DefeTouch> faces;
+  std::vector<SphereTouch> spheres;
+};
+
 }    // namespace LAMMPS_NS
 
 #endif

@@ -45,7 +45,8 @@ static constexpr int doubles(size_t bytes)
 static constexpr int HEX_SIZE = doubles(sizeof(HexPod));
 static constexpr int DE_SIZE = doubles(sizeof(DERecord));
 static constexpr int TOUCH_SIZE = doubles(sizeof(DefeTouch));
-static constexpr int RECORD_SIZE = 1 + 3 + 1 + 1 + 1 + 1;    // of any atom
+static constexpr int SPHERE_SIZE = doubles(sizeof(SphereTouch));
+static constexpr int RECORD_SIZE = 1 + 3 + 1 + 1 + 1 + 1 + 1;    // of any atom
 
 // a ghost atom receives one element per round of communication (with its pbc shift)
 static constexpr int FORWARD_SIZE = HEX_SIZE + 1 > 14 ? HEX_SIZE + 1 : 14;
@@ -1140,12 +1141,11 @@ void FixDefe::copy_arrays(int i, int j, int /*delflag*/)
   hexes[i].clear();
   de[j] = std::move(de[i]);
   touch[j] = std::move(touch[i]);
-  touch[i].clear();
 }
 
 void FixDefe::set_arrays(int i)
 {
-  touch[i].clear();
+  touch[i].reset();
 
   // read_data sets the arrays of new atoms after it has read the sections: keep the elements
 
@@ -1199,7 +1199,9 @@ int FixDefe::record_size(int i) const
 {
   int n = RECORD_SIZE;
   if (de[i]) n += DE_SIZE;
-  n += TOUCH_SIZE * static_cast<int>(touch[i].size());
+  if (touch[i])
+    n += TOUCH_SIZE * static_cast<int>(touch[i]->faces.size()) +
+        SPHERE_SIZE * static_cast<int>(touch[i]->spheres.size());
   for (const auto &h : hexes[i]) {
     n += HEX_SIZE + 2;
     if (h.extra) n += static_cast<int>(4 * h.extra->shields.size() + h.extra->history.size());
@@ -1214,10 +1216,17 @@ int FixDefe::pack_record(int i, double *buf) const
   buf[m++] = ubuf(nelem[i]).d;
   buf[m++] = ubuf(de[i] ? 1 : 0).d;
   buf[m++] = ubuf(static_cast<int>(hexes[i].size())).d;
-  buf[m++] = ubuf(static_cast<int>(touch[i].size())).d;
-  for (const auto &t : touch[i]) {
-    memcpy(static_cast<void *>(&buf[m]), &t, sizeof(DefeTouch));
-    m += TOUCH_SIZE;
+  buf[m++] = ubuf(touch[i] ? static_cast<int>(touch[i]->faces.size()) : 0).d;
+  buf[m++] = ubuf(touch[i] ? static_cast<int>(touch[i]->spheres.size()) : 0).d;
+  if (touch[i]) {
+    for (const auto &t : touch[i]->faces) {
+      memcpy(static_cast<void *>(&buf[m]), &t, sizeof(DefeTouch));
+      m += TOUCH_SIZE;
+    }
+    for (const auto &t : touch[i]->spheres) {
+      memcpy(static_cast<void *>(&buf[m]), &t, sizeof(SphereTouch));
+      m += SPHERE_SIZE;
+    }
   }
   if (de[i]) {
     memcpy(static_cast<void *>(&buf[m]), de[i].get(), sizeof(DERecord));
@@ -1246,10 +1255,21 @@ int FixDefe::unpack_record(int i, const double *buf)
   nelem[i] = static_cast<int>(ubuf(buf[m++]).i);
   const int has_de = static_cast<int>(ubuf(buf[m++]).i);
   const int nhex = static_cast<int>(ubuf(buf[m++]).i);
-  touch[i].resize(ubuf(buf[m++]).i);
-  for (auto &t : touch[i]) {
-    memcpy(static_cast<void *>(&t), &buf[m], sizeof(DefeTouch));
-    m += TOUCH_SIZE;
+  const int nfaces = static_cast<int>(ubuf(buf[m++]).i);
+  const int nspheres = static_cast<int>(ubuf(buf[m++]).i);
+  touch[i].reset();
+  if (nfaces + nspheres > 0) {
+    AtomTouch &t = touch_at(i);
+    t.faces.resize(nfaces);
+    t.spheres.resize(nspheres);
+    for (auto &face : t.faces) {
+      memcpy(static_cast<void *>(&face), &buf[m], sizeof(DefeTouch));
+      m += TOUCH_SIZE;
+    }
+    for (auto &sphere : t.spheres) {
+      memcpy(static_cast<void *>(&sphere), &buf[m], sizeof(SphereTouch));
+      m += SPHERE_SIZE;
+    }
   }
   de[i].reset();
   if (has_de) {

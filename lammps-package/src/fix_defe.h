@@ -157,6 +157,14 @@ class FixDefe : public Fix {
   int elements_at(int i) const { return nelem[i]; }
   const std::vector<HexRecord> &hexes_of(int i) const { return hexes[i]; }
 
+  /** Contacts of an owned atom, null if it has none; and the same, made if there are none. */
+  AtomTouch *touches(int i) { return touch[i].get(); }
+  AtomTouch &touch_at(int i)
+  {
+    if (!touch[i]) touch[i] = std::make_unique<AtomTouch>();
+    return *touch[i];
+  }
+
   /** Cumulative energies of this rank (J). */
   struct Ledger {
     double fracture = 0.0;    // G_f times area times damage
@@ -220,7 +228,7 @@ class FixDefe : public Fix {
   int *nelem = nullptr;         // finite elements at this node
   std::vector<std::vector<HexRecord>> hexes;
   std::vector<std::unique_ptr<DERecord>> de;
-  std::vector<std::vector<DefeTouch>> touch;    // surface contacts at the last step
+  std::vector<std::unique_ptr<AtomTouch>> touch;    // contacts at the last step
   int hexes_per_node = 1;    // largest number of elements with one first node, on any rank
 
   std::vector<char> is_de;    // owned and ghost

@@ -11,6 +11,8 @@
 
 #include "fix_defe.h"
 
+#include "cells.h"
+
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
@@ -40,78 +42,6 @@ static constexpr double MAX_DEPTH = 0.35;
 
 // and this is more than the distance, in facet sizes, from which a point behind or beside it can be
 static constexpr double DEEPEST = MAX_DEPTH + 0.71 * EDGE_MARGIN;
-
-namespace {
-
-/// A box divided into cells, all in one array. Positions outside count to the nearest cell.
-struct Cells {
-  static constexpr double MOST = 4.0e6;    // cells; they become larger instead
-
-  double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-  double inverse = 0.0;
-  int n[3] = {0, 0, 0};
-
-  void add(const double *x)
-  {
-    for (int d = 0; d < 3; d++) {
-      lo[d] = std::min(lo[d], x[d]);
-      hi[d] = std::max(hi[d], x[d]);
-    }
-  }
-  /// into cubes that are not smaller than size
-  void divide(double size)
-  {
-    if (!(lo[0] <= hi[0])) return;
-    for (;; size *= 1.5) {
-      double cells = 1.0;
-      for (int d = 0; d < 3; d++) cells *= std::floor((hi[d] - lo[d]) / size) + 1.0;
-      if (cells <= MOST) break;
-    }
-    inverse = 1.0 / size;
-    for (int d = 0; d < 3; d++) n[d] = static_cast<int>((hi[d] - lo[d]) * inverse) + 1;
-  }
-  size_t count() const { return static_cast<size_t>(n[0]) * n[1] * n[2]; }
-  size_t index(int i, int j, int k) const
-  {
-    return i + static_cast<size_t>(n[0]) * (j + static_cast<size_t>(n[1]) * k);
-  }
-  void of(const double *x, int *c) const
-  {
-    for (int d = 0; d < 3; d++)
-      c[d] = static_cast<int>(std::min(std::max((x[d] - lo[d]) * inverse, 0.0), n[d] - 1.0));
-  }
-  size_t of(const double *x) const
-  {
-    int c[3];
-    of(x, c);
-    return index(c[0], c[1], c[2]);
-  }
-  /// Every cell also gets what the cells within `far` of it hold.
-  template <class Merge>
-  void spread(std::vector<int> &value, int far, int nothing, Merge merge) const
-  {
-    size_t stride = 1;
-    std::vector<int> line;
-    for (int d = 0; d < 3; d++) {
-      for (size_t start = 0; start < value.size(); start++) {
-        if ((start / stride) % n[d] != 0) continue;
-        line.resize(n[d]);
-        bool any = false;
-        for (int i = 0; i < n[d]; i++) {
-          line[i] = value[start + i * stride];
-          any = any || line[i] != nothing;
-        }
-        if (!any) continue;
-        for (int i = 0; i < n[d]; i++)
-          for (int j = std::max(i - far, 0); j <= std::min(i + far, n[d] - 1); j++)
-            merge(value[start + i * stride], line[j]);
-      }
-      stride *= n[d];
-    }
-  }
-};
-
-}    // namespace
 
 /* ----------------------------------------------------------------------
    facets near my points and who may touch what; once per reneighbouring
@@ -468,11 +398,10 @@ void FixDefe::contact_forces()
 
   for (const auto &cp : contact_pairs) {
     const Vec3 p(x[cp.point]);
-    auto &list = touch[cp.point];
-    auto *old = std::find_if(list.data(), list.data() + list.size(), [&cp](const DefeTouch &t) {
-      return t.part == cp.part;
-    });
-    if (old == list.data() + list.size()) old = nullptr;
+    DefeTouch *old = nullptr;
+    if (touch[cp.point])
+      for (auto &t : touch[cp.point]->faces)
+        if (t.part == cp.part) old = &t;
     const double was = old ? old->depth : 0.0;
     const Facet *best = nullptr;
     defe::FacetPoint at;
@@ -544,12 +473,13 @@ void FixDefe::contact_forces()
     if (!best || depth <= 0.0) {
       if (old) {
         ledger.friction += old->stored;    // the spring is let go
-        *old = list.back();
-        list.pop_back();
+        *old = touch[cp.point]->faces.back();
+        touch[cp.point]->faces.pop_back();
       }
       continue;
     }
     if (!old) {
+      auto &list = touch_at(cp.point).faces;
       list.push_back({cp.part, 0, 0.0, {0.0, 0.0, 0.0}, 0.0});
       old = &list.back();
     }

@@ -341,7 +341,7 @@ void FixDefe::convert_marked()
       else {
         hexes[i].clear();
         de[i].reset();
-        touch[i].clear();
+        touch[i].reset();
       }
       n--;
     }

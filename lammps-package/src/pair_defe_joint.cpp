@@ -13,17 +13,16 @@
 
 #include "pair_defe_joint.h"
 
+#include "cells.h"
 #include "fix_defe.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
-#include "fix_neigh_history.h"
 #include "force.h"
 #include "memory.h"
 #include "modify.h"
-#include "neigh_list.h"
 #include "neighbor.h"
 #include "update.h"
 
@@ -39,9 +38,7 @@ using namespace LAMMPS_NS;
 using defe::Mat3;
 using defe::Vec3;
 
-static constexpr char HISTORY[] = "NEIGH_HISTORY_DEFE";
 static constexpr int PENDING = 4;    // beside the state, in the message to the other rank
-static constexpr char DUMMY[] = "NEIGH_HISTORY_DEFE_DUMMY";
 
 /* ---------------------------------------------------------------------- */
 
@@ -53,13 +50,6 @@ PairDefeJoint::PairDefeJoint(LAMMPS *lmp) : Pair(lmp)
   centroidstressflag = CENTROID_NOTAVAIL;
   finitecutflag = 1;
   comm_forward = 18;
-
-  // place holder: contact history must come before fixes that create atoms
-  // its ID is constant, so that a restart file finds it again
-
-  if (modify->get_fix_by_id(HISTORY) || modify->get_fix_by_id(DUMMY))
-    error->all(FLERR, "There can be only one pair style defe/*");
-  modify->add_fix(std::string(DUMMY) + " all DUMMY");
 }
 
 PairDefeJoint::~PairDefeJoint()
@@ -69,7 +59,6 @@ PairDefeJoint::~PairDefeJoint()
     memory->destroy(setflag);
     memory->destroy(cutsq);
   }
-  modify->delete_fix(fix_history ? HISTORY : DUMMY);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -201,15 +190,8 @@ void PairDefeJoint::init_style()
   fix->build_topology();
   screen_built = candidates_built = -1;    // it may be another fix than before
 
-  if (with_contact) {
-    neighbor->add_request(this, NeighConst::REQ_SIZE | NeighConst::REQ_HISTORY);
-    if (!fix_history) {
-      fix_history = dynamic_cast<FixNeighHistory *>(
-          modify->replace_fix(DUMMY, std::string(HISTORY) + " all NEIGH_HISTORY 3", 1));
-      fix_history->pair = this;
-    }
-  } else
-    neighbor->add_request(this, NeighConst::REQ_SIZE);
+  // no neighbour list is requested: nodes are the most of all atoms and would fill it, see
+  // update_candidates()
 
   // elastic constants of each part; DE types must have all the coefficients that the style uses
 
@@ -260,7 +242,6 @@ void PairDefeJoint::init_style()
                    p.name, q.name, p.type, q.type, p.type, q.type, with_cohesive ? " cohesive" : "",
                    with_contact ? " contact" : "");
     }
-  candidates_stale = true;
 }
 
 double PairDefeJoint::init_one(int i, int j)
@@ -529,7 +510,7 @@ void PairDefeJoint::criterion()
     if ((state & ~PENDING) == slot.state) continue;
     slot.state = static_cast<signed char>(state & ~PENDING);
     jt.state[ds] = static_cast<unsigned char>(slot.state);
-    candidates_stale = true;
+    if (slot.state == DefeJoint::CONTACT) add_candidate(jt.self[d], jt.nb[d][s]);
   }
   noted_release += release_of_pending(false);
 }
@@ -575,7 +556,6 @@ void PairDefeJoint::switch_joints()
     jt.state[ds] = DefeJoint::COHESIVE;
     jt.present[d] = static_cast<unsigned char>(jt.present[d] & ~(1u << s));
     screen[d][s] = HUGE_VAL;
-    candidates_stale = true;
     if (atom->tag[jt.self[d]] > slot.other) continue;
     slot.pending = 2;    // its energy is booked with its first force
     slot.stored = slot.lost = 0.0;
@@ -622,7 +602,7 @@ void PairDefeJoint::set_broken(int d, int s)
     jt.rec[ds / 6]->slot[ds % 6].state = DefeJoint::CONTACT;
     jt.state[ds] = DefeJoint::CONTACT;
   }
-  candidates_stale = true;
+  add_candidate(jt.self[d], jt.nb[d][s]);
 }
 
 void PairDefeJoint::event(int d, int s, int what, double value)
@@ -726,7 +706,9 @@ void PairDefeJoint::cohesive_forces()
 }
 
 /* ----------------------------------------------------------------------
-   pairs of the neighbour list that no joint holds
+   spheres near each other that no joint holds
+   An own search: LAMMPS' neighbour lists would be built over all nodes. Each owner computes its side
+   of a pair that two ranks share.
 ------------------------------------------------------------------------- */
 
 bool PairDefeJoint::joined(int d, tagint other) const
@@ -737,25 +719,87 @@ bool PairDefeJoint::joined(int d, tagint other) const
   return false;
 }
 
+void PairDefeJoint::add_candidate(int i, int j)
+{
+  if (!with_contact) return;
+  if (j < atom->nlocal && j < i) std::swap(i, j);
+  candidates.push_back({i, j});
+}
+
 void PairDefeJoint::update_candidates()
 {
-  if (!candidates_stale && candidates_built == fix->tables_built) return;
-  candidates_stale = false;
+  if (candidates_built == fix->tables_built) return;
   candidates_built = fix->tables_built;
   candidates.clear();
   const auto &jt = fix->jt;
-  for (int ii = 0; ii < list->inum; ii++) {
-    const int i = list->ilist[ii];
-    const int d = jt.of_atom.empty() ? -1 : jt.of_atom[i];
-    const int *jlist = list->firstneigh[i];
-    for (int jj = 0; jj < list->numneigh[i]; jj++) {
-      const int j = jlist[jj] & NEIGHMASK;
-      if (atom->radius[i] == 0.0 || atom->radius[j] == 0.0) continue;
-      if (d >= 0 && joined(d, atom->tag[j])) continue;
-      candidates.push_back(i);
-      candidates.push_back(jj);
-    }
+  double **x = atom->x;
+  const double *radius = atom->radius;
+  const int nlocal = atom->nlocal;
+  const int nall = nlocal + atom->nghost;
+
+  // DEs and spheres of other origin that are not much larger go into a grid; large ones, of which
+  // there are few, meet all others
+
+  std::vector<int> small(jt.self), large;
+  double largest = 0.0;
+  for (int i : small) largest = MAX(largest, radius[i]);
+  const double limit = 4.0 * largest;
+  for (int i = 0; i < nall; i++) {
+    if (radius[i] == 0.0 || (!jt.of_atom.empty() && jt.of_atom[i] >= 0)) continue;
+    (radius[i] <= limit ? small : large).push_back(i);
+    if (radius[i] <= limit) largest = MAX(largest, radius[i]);
   }
+  if (jt.self.empty()) return;    // spheres of other origin have no law between them
+
+  const double skin = neighbor->skin;
+  const auto consider = [&](int i, int j) {
+    if (i >= nlocal) std::swap(i, j);
+    if (i >= nlocal) return;
+    if (j < nlocal && j < i) std::swap(i, j);
+    const double reach = radius[i] + radius[j] + skin;
+    double rsq = 0.0;
+    for (int k = 0; k < 3; k++) rsq += (x[i][k] - x[j][k]) * (x[i][k] - x[j][k]);
+    if (rsq >= reach * reach) return;
+    const int di = jt.of_atom[i], dj = jt.of_atom[j];
+    if (di < 0 && dj < 0) return;
+    if (di >= 0 && joined(di, atom->tag[j])) return;
+    candidates.push_back({i, j});
+  };
+
+  Cells cells;
+  for (int i : small) cells.add(x[i]);
+  cells.divide(2.0 * largest + skin);
+  std::vector<int> head(cells.count(), -1), next(small.size());
+  for (size_t k = 0; k < small.size(); k++) {
+    int &first = head[cells.of(x[small[k]])];
+    next[k] = first;
+    first = static_cast<int>(k);
+  }
+  for (size_t k = 0; k < small.size(); k++) {
+    int c[3];
+    cells.of(x[small[k]], c);
+    for (int cz = MAX(c[2] - 1, 0); cz <= MIN(c[2] + 1, cells.n[2] - 1); cz++)
+      for (int cy = MAX(c[1] - 1, 0); cy <= MIN(c[1] + 1, cells.n[1] - 1); cy++)
+        for (int cx = MAX(c[0] - 1, 0); cx <= MIN(c[0] + 1, cells.n[0] - 1); cx++)
+          for (int m = head[cells.index(cx, cy, cz)]; m > static_cast<int>(k); m = next[m])
+            consider(small[k], small[m]);
+  }
+  for (size_t a = 0; a < large.size(); a++)
+    for (int i : small) consider(large[a], i);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDefeJoint::forget_touch(int i, int j)
+{
+  AtomTouch *t = fix->touches(i);
+  if (!t) return;
+  for (auto &s : t->spheres)
+    if (s.other == atom->tag[j]) {
+      s = t->spheres.back();
+      t->spheres.pop_back();
+      return;
+    }
 }
 
 /* ----------------------------------------------------------------------
@@ -775,14 +819,19 @@ void PairDefeJoint::contact_forces()
   const double *rmass = atom->rmass;
   const int *type = atom->type;
   const int nlocal = atom->nlocal;
-  const int newton_pair = force->newton_pair;
   const double dt = update->setupflag ? 0.0 : update->dt;
 
-  for (size_t q = 0; q < candidates.size(); q += 2) {
-    const int i = candidates[q], jj = candidates[q + 1];
-    const int j = list->firstneigh[i][jj] & NEIGHMASK;
-    int *touch = &fix_history->firstflag[i][jj];
-    double *shear = &fix_history->firstvalue[i][3 * jj];
+  const auto spring = [this](int i, int j) -> double * {
+    auto &list = fix->touch_at(i).spheres;
+    for (auto &s : list)
+      if (s.other == atom->tag[j]) return s.shear;
+    list.push_back({atom->tag[j], {0.0, 0.0, 0.0}});
+    return list.back().shear;
+  };
+
+  for (const auto &c : candidates) {
+    const int i = c.i, j = c.j;
+    const bool whole = j < nlocal;    // else the other half belongs to the other owner
     const double del[3] = {x[i][0] - x[j][0], x[i][1] - x[j][1], x[i][2] - x[j][2]};
     const double rsq = del[0] * del[0] + del[1] * del[1] + del[2] * del[2];
     double reach = radius[i] + radius[j];
@@ -790,8 +839,7 @@ void PairDefeJoint::contact_forces()
 
     // spheres of flat cells overlap from the start: contact begins at the reference distance
 
-    const int di = jt.of_atom.empty() ? -1 : jt.of_atom[i];
-    const int dj = jt.of_atom.empty() ? -1 : jt.of_atom[j];
+    const int di = jt.of_atom[i], dj = jt.of_atom[j];
     if (!apart && di >= 0 && dj >= 0) {
       const double *Xi = fix->x_frame(i), *Xj = fix->x_frame(j);
       double ref = 0.0;
@@ -800,15 +848,12 @@ void PairDefeJoint::contact_forces()
       apart = rsq >= reach * reach;
     }
     if (apart) {
-      if (*touch) {
-        *touch = 0;
-        shear[0] = shear[1] = shear[2] = 0.0;
-      }
+      forget_touch(i, j);
+      if (whole) forget_touch(j, i);
       continue;
     }
-    *touch = 1;
 
-    const Coeff &c = coeff_of(type[i], type[j]);
+    const Coeff &coeff = coeff_of(type[i], type[j]);
     double E = 0.0, nu = 0.2;
     for (int d : {di, dj}) {
       if (d < 0) continue;
@@ -821,8 +866,9 @@ void PairDefeJoint::contact_forces()
     }
     if (E == 0.0) continue;
     const double kn = E * MIN(2.0 * MIN(radius[i], radius[j]), reach);
-    auto par = defe::ContactParameters{kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), c.restitution,
-                                       c.friction, c.damping_ratio};
+    auto par = defe::ContactParameters{kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), coeff.restitution,
+                                       coeff.friction, coeff.damping_ratio};
+    double *shear = spring(i, j);
     Vec3 history(shear[0], shear[1], shear[2]);
     auto r = defe::sphere_contact(
         Vec3(del[0], del[1], del[2]), Vec3(v[i][0] - v[j][0], v[i][1] - v[j][1], v[i][2] - v[j][2]),
@@ -831,10 +877,14 @@ void PairDefeJoint::contact_forces()
     // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
     if (update->setupflag)
       r.stored += 0.5 * par.kt * (Vec3(shear).squaredNorm() - history.squaredNorm());
-    else
+    else {
       for (int k = 0; k < 3; k++) shear[k] = history[k];
+      if (whole) {
+        double *other = spring(j, i);
+        for (int k = 0; k < 3; k++) other[k] = -history[k];
+      }
+    }
 
-    const bool whole = newton_pair || j < nlocal;
     for (int k = 0; k < 3; k++) {
       f[i][k] += r.force[k];
       torque[i][k] += r.torque_i[k];
@@ -931,5 +981,5 @@ void PairDefeJoint::read_restart(FILE *fp)
 
 double PairDefeJoint::memory_usage()
 {
-  return static_cast<double>(candidates.capacity()) * sizeof(int) + Pair::memory_usage();
+  return static_cast<double>(candidates.capacity()) * sizeof(Candidate) + Pair::memory_usage();
 }

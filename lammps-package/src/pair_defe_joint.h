@@ -56,7 +56,6 @@ class PairDefeJoint : public Pair {
   int atom_types = 0;
 
   class FixDefe *fix = nullptr;
-  class FixNeighHistory *fix_history = nullptr;
 
   std::vector<defe::CornerModuli> table;    // per part
   std::vector<double> young;                // per part
@@ -67,9 +66,11 @@ class PairDefeJoint : public Pair {
   std::vector<int> mirrored;    // same, of the joints whose state another rank decides
   bigint screen_built = -1;
 
-  std::vector<int> candidates;    // neighbour pairs that are not joined: (ii, jj) alternating
+  struct Candidate {
+    int i, j;    // i is owned; j too and above i, or a ghost
+  };
+  std::vector<Candidate> candidates;    // spheres near each other that no joint holds
   bigint candidates_built = -1;
-  bool candidates_stale = true;
 
   void allocate();
   void connective_and_ties();
@@ -80,6 +81,8 @@ class PairDefeJoint : public Pair {
   void cohesive_forces();
   void contact_forces();
   void update_candidates();
+  void add_candidate(int i, int j);
+  void forget_touch(int i, int j);
   bool joined(int d, tagint other) const;
   int part_of_type(int) const;
   void tally(const double *del, const double *force, int i);
