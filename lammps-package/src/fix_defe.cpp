@@ -57,7 +57,10 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
   if (!atom->radius_flag || !atom->rmass_flag || !atom->omega_flag)
     error->all(FLERR, "Fix defe keeps nodes and DEs as spheres: use atom_style sphere");
-  if (domain->triclinic) error->all(FLERR, "Fix defe does not support triclinic boxes");
+  if (domain->triclinic)
+    error->all(
+        FLERR,
+        "Fix defe does not support triclinic boxes: make an orthogonal one with region block");
   if (domain->dimension != 3) error->all(FLERR, "Fix defe needs a three-dimensional box");
 
   if (force->ftm2v != 1.0 || force->mvv2e != 1.0)
@@ -128,6 +131,8 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
       if (!parsed.complaint.empty())
         error->all(FLERR, "Fix defe material {}: {}", m.name, parsed.complaint);
       m.law = parsed.law;
+      for (int k = 0; k < parsed.used; k++)
+        m.words += std::string(k ? " " : "") + arg[iarg + 2 + k];
       iarg += 2 + parsed.used;
       materials.push_back(m);
       add_part(m.name, static_cast<int>(materials.size()) - 1);
@@ -159,7 +164,8 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
       p.group = group->find("all");
       p.stress = utils::numeric(FLERR, arg[iarg + 2], false, lmp);
       if (!(p.stress > 0.0))
-        error->all(FLERR, "Fix defe convert {}: conversion stress must be > 0", p.name);
+        error->all(FLERR, "Fix defe convert {}: conversion stress must be > 0, not {}", p.name,
+                   arg[iarg + 2]);
       iarg += 3;
       while (iarg < narg) {
         const std::string opt = arg[iarg];
@@ -194,12 +200,14 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
     } else if (key == "contact") {
       need(2, "contact");
       contact_factor = utils::numeric(FLERR, arg[iarg + 1], false, lmp);
-      if (!(contact_factor >= 0.0)) error->all(FLERR, "Fix defe contact factor must be >= 0");
+      if (!(contact_factor >= 0.0))
+        error->all(FLERR, "Fix defe contact factor must be >= 0, not {}", arg[iarg + 1]);
       iarg += 2;
       if (iarg < narg && strcmp(arg[iarg], "friction") == 0) {
         need(2, "contact f_s friction");
         contact_friction = utils::numeric(FLERR, arg[iarg + 1], false, lmp);
-        if (!(contact_friction >= 0.0)) error->all(FLERR, "Fix defe friction must be >= 0");
+        if (!(contact_friction >= 0.0))
+          error->all(FLERR, "Fix defe friction must be >= 0, not {}", arg[iarg + 1]);
         iarg += 2;
       }
 
@@ -280,6 +288,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 
 FixDefe::~FixDefe()
 {
+  take_marks();
   if (modify->get_fix_by_id(id)) {
     atom->delete_callback(id, Atom::GROW);
     atom->delete_callback(id, Atom::RESTART);
@@ -315,7 +324,7 @@ void FixDefe::init()
                "Fix defe adds forces to ghost nodes: use 'newton off on' (or 'newton on'), not "
                "'newton off'");
   if (neighbor->includegroup)
-    error->all(FLERR, "Fix defe cannot be used with neigh_modify include");
+    error->all(FLERR, "Fix defe cannot be used with neigh_modify include: remove it");
   if (modify->get_fix_by_style("^defe$").size() > 1)
     error->all(FLERR, "Only one fix defe at a time: one fix holds any number of parts");
 
@@ -943,6 +952,11 @@ double FixDefe::power_of_others()
 
 void FixDefe::initial_integrate(int /*vflag*/)
 {
+  if (mark_request != MPI_REQUEST_NULL) {
+    take_marks();
+    if (marked_anywhere) schedule_conversion((fe_every + 1) / 2 - 1);
+  }
+
   if (after_setup) external_power = power_of_others();
   after_setup = false;
   ledger.external += 0.5 * update->dt * external_power;
@@ -987,6 +1001,21 @@ void FixDefe::schedule_conversion(int steps)
   next_reneighbor = convert_step;
 }
 
+/* ----------------------------------------------------------------------
+   all ranks must reneighbour together: one number is reduced while LAMMPS goes on
+------------------------------------------------------------------------- */
+
+void FixDefe::ask_marks()
+{
+  take_marks();
+  MPI_Iallreduce(&marked_here, &marked_anywhere, 1, MPI_INT, MPI_MAX, world, &mark_request);
+}
+
+void FixDefe::take_marks()
+{
+  if (mark_request != MPI_REQUEST_NULL) MPI_Wait(&mark_request, MPI_STATUS_IGNORE);
+}
+
 /* ---------------------------------------------------------------------- */
 
 void FixDefe::end_of_step()
@@ -1001,7 +1030,8 @@ void FixDefe::end_of_step()
       error->all(FLERR,
                  "Fix defe: rerun cannot follow materials with a memory (prony): what is in a dump "
                  "does not tell their stress");
-    if (des_total > 0 || convert_step >= 0)
+    take_marks();
+    if (des_total > 0 || convert_step >= 0 || marked_anywhere)
       error->all(FLERR,
                  "Fix defe: rerun cannot follow a body in which elements convert (step {}); it "
                  "works for finite elements only",
@@ -1028,6 +1058,7 @@ void FixDefe::end_of_step()
 
 void FixDefe::post_run()
 {
+  take_marks();
   flush_events();
 }
 
@@ -1038,11 +1069,14 @@ void FixDefe::post_run()
 void FixDefe::mark_elements()
 {
   const double time = now();
-  int mine = 0, any = 0;
+  marked_here = 0;
   for (auto &b : batches) {
     if (!b.convertible) continue;
     const Part &p = parts[kernels[b.kernel].part];
     const int n = static_cast<int>(b.node.size());
+    double highest = -1.0e300;
+    for (int e = 0; e < n; e++) highest = MAX(highest, b.bound[e]);
+    if (!(highest > p.stress)) continue;
     for (int e = 0; e < n; e++) {
       if (!(b.bound[e] > p.stress)) continue;
       HexRecord &h = *b.hex[e];
@@ -1077,12 +1111,10 @@ void FixDefe::mark_elements()
           continue;
       }
       h.marked = 1;
-      mine = 1;
+      marked_here = 1;
     }
   }
-
-  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
-  if (any) schedule_conversion((fe_every + 1) / 2);
+  ask_marks();
 }
 
 /* ----------------------------------------------------------------------
@@ -1371,6 +1403,12 @@ struct GlobalState {
 };
 }    // namespace
 
+std::string FixDefe::describe_part(const Part &p) const
+{
+  return p.name + ": " + material_of(p).words +
+      (p.convertible ? ", DEs of type " + std::to_string(p.type) : "");
+}
+
 void FixDefe::write_restart(FILE *fp)
 {
   flush_events();    // else those up to here would be missing when the run is killed later
@@ -1410,14 +1448,20 @@ void FixDefe::write_restart(FILE *fp)
   if (comm->me == 0) {
     const int nradius = static_cast<int>(de_radius_max.size());
     const int nparts = static_cast<int>(parts.size());
-    const int bytes = static_cast<int>(sizeof(GlobalState) + 2 * sizeof(int) +
-                                       (nradius + nparts) * sizeof(double));
+    std::string texts;
+    for (const auto &p : parts) texts += describe_part(p) + "\n";
+    const int ntexts = static_cast<int>(texts.size());
+    const int bytes = static_cast<int>(sizeof(GlobalState) + 3 * sizeof(int) +
+                                       (nradius + nparts) * sizeof(double)) +
+        ntexts;
     fwrite(&bytes, sizeof(int), 1, fp);
     fwrite(&g, sizeof(GlobalState), 1, fp);
     fwrite(&nradius, sizeof(int), 1, fp);
     fwrite(&nparts, sizeof(int), 1, fp);
     fwrite(de_radius_max.data(), sizeof(double), nradius, fp);
     for (const auto &p : parts) fwrite(&p.shield_time, sizeof(double), 1, fp);
+    fwrite(&ntexts, sizeof(int), 1, fp);
+    fwrite(texts.data(), 1, ntexts, fp);
   }
 }
 
@@ -1441,6 +1485,15 @@ void FixDefe::restart(char *buf)
     memcpy(&p.shield_time, buf, sizeof(double));
     buf += sizeof(double);
   }
+  int ntexts;
+  memcpy(&ntexts, buf, sizeof(int));
+  const auto texts = utils::split_lines(std::string(buf + sizeof(int), ntexts));
+  for (int p = 0; p < nparts; p++)
+    if (texts[p] != describe_part(parts[p]))
+      error->all(FLERR,
+                 "Fix defe part {} was '{}' in the restart file and is '{}' now: give the same "
+                 "materials and parts in the same order",
+                 p + 1, texts[p], describe_part(parts[p]));
   if (comm->me == 0) {
     ledger.fracture = g.ledger[0];
     ledger.release = g.ledger[1];

@@ -87,6 +87,7 @@ class FixDefe : public Fix {
 
   struct Material {
     std::string name;
+    std::string words;    // law and constants, as given
     std::shared_ptr<const defe::fe::MaterialLaw> law;
     bool rigid() const { return law->rigid(); }
     /** Density, and moduli of small and fast deformation. */
@@ -333,6 +334,13 @@ class FixDefe : public Fix {
   double first_conversion = -1.0, first_damage = -1.0;           // times
   void mark_elements();
   void schedule_conversion(int steps);
+
+  // whether any rank has marked elements is asked at the end of a step, and the answer is taken at
+  // the start of the next
+  int marked_here = 0, marked_anywhere = 0;
+  MPI_Request mark_request = MPI_REQUEST_NULL;
+  void ask_marks();
+  void take_marks();
   void convert_marked();
   void make_ghosts_for_setup();
   void ghost_positions();
@@ -372,6 +380,8 @@ class FixDefe : public Fix {
   std::vector<double> image_data;
   std::vector<double *> image_rows;
   std::vector<int> image_vec;
+
+  std::string describe_part(const Part &) const;
 
   // ---- checks ----
   void check_records(const char *when);

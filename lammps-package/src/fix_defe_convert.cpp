@@ -15,6 +15,7 @@
 #include "domain.h"
 #include "error.h"
 #include "group.h"
+#include "irregular.h"
 #include "modify.h"
 #include "update.h"
 
@@ -367,8 +368,18 @@ void FixDefe::convert_marked()
     set_reference(i, ref);
     de[i] = std::make_unique<DERecord>(b.record);
   }
-  bigint mine[3] = {atom->nlocal, static_cast<bigint>(own.size()), nodes_gone}, all[3];
-  MPI_Allreduce(mine, all, 3, MPI_LMP_BIGINT, MPI_SUM, world);
+  // a DE may be born up to 3/4 of an element outside the sub-domain of its element, and LAMMPS'
+  // exchange moves atoms by one sub-domain only
+
+  bool thin = false;
+  for (int d = 0; d < 3; d++) {
+    const double width = domain->subhi[d] - domain->sublo[d];
+    thin = thin || (width < domain->prd[d] && width < max_diagonal);
+  }
+
+  bigint mine[4] = {atom->nlocal, static_cast<bigint>(own.size()), nodes_gone, thin ? 1 : 0},
+         all[4];
+  MPI_Allreduce(mine, all, 4, MPI_LMP_BIGINT, MPI_SUM, world);
   nodes_total -= all[2];
   atom->natoms = all[0];
   conversions_total += all[1];
@@ -376,8 +387,15 @@ void FixDefe::convert_marked()
   des_total += 8 * all[1];
   if (all[1] > 0 && first_conversion < 0.0) first_conversion = now();
   atom->nghost = 0;
+  update_maxexchange();
   atom->map_init();
   atom->map_set();
+  if (all[3]) {
+    domain->pbc();
+    if (domain->nonperiodic == 2) domain->reset_box();
+    Irregular irregular(lmp);
+    irregular.migrate_atoms(1);
+  }
 
   // local indices are void until the next reneighbouring
 
@@ -385,5 +403,4 @@ void FixDefe::convert_marked()
   jt.clear();
   contact_pairs.clear();
   facets.clear();
-  update_maxexchange();
 }
