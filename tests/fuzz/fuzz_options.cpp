@@ -8,7 +8,7 @@
 //   atom ...     compute N all defe/atom ...
 //   hex ...      compute N all defe/hex/local ...
 //
-// If nothing is refused, `run 1` follows.
+// If nothing is refused, `run 0` and `run 1` follow.
 
 #include "fuzz_lammps.h"
 
@@ -88,6 +88,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
       "region some block 0 0.002 INF INF INF INF",
       "group particles empty",
       "pair_style defe/joint",
+      "fix move particles nve/sphere",
       "timestep 1e-9",
       "thermo_modify lost ignore"};
   static std::unique_ptr<LAMMPS> lmp;
@@ -104,6 +105,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
       command(lmp.get(), words, ++number);
     }
     if (!used || !lmp->modify->get_fix_by_id("fe")) return;
+    lmp->input->one("run 0");    // DEs that nothing moves are no mistake here
     lmp->input->one("run 1");
     for (auto *compute : lmp->modify->get_compute_list()) {
       if (compute->peratom_flag && std::string(compute->style) == "defe/atom")

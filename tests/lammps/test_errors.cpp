@@ -375,10 +375,7 @@ std::vector<Mistake> of_all_ranks()
        front + "region r block 0 0.002 INF INF INF INF\ngroup particles empty\n" + pair + "\n" +
            replaced(fix, "group particles", "group particles start r") + mesh + motion +
            "region r delete\nrun 0",
-       {"start region r does not exist"}},
-      {"nodes_integrated_as_spheres",
-       then("unfix move1\nunfix move2\nfix move all nve/sphere\nrun 0"),
-       {"nve/sphere requires extended particles"}},
+       {"convert glass", "start region r does not exist"}},
 
       // create_hexes
       {"hexes_few_words", hexes("fe"), {"create_hexes", "missing argument"}},
@@ -539,6 +536,9 @@ std::vector<Mistake> of_one_rank()
        reading(),
        {"Node 2", "radius 0.0005", "radius 0"},
        DataFile("\n2 1 0 1 ", "\n2 1 0.001 2500 ").text},
+      {"nodes_integrated_as_spheres",
+       then("unfix move1\nunfix move2\nfix move all nve/sphere\nrun 0"),
+       {"nve/sphere requires extended particles"}},
       {"events_unwritable", option("events no/such/folder/events.txt"), {"event file", "no/such"}},
   };
 }
