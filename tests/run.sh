@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the tests.
-#   tests/run.sh [--slow] [--sanitize] [ctest options...]
+#   tests/run.sh [--slow] [--sanitize] [--valgrind] [ctest options...]
 # --slow      with the slow verification tests
 # --sanitize  with address and undefined-behaviour sanitizers in DEFE's own code
+# --valgrind  instead of the tests, a small crack on two ranks under memcheck (tests/valgrind.sh)
 set -euo pipefail
 exec </dev/null
 # shellcheck source=../tools/common.sh
@@ -13,7 +14,8 @@ for arg; do
   case $arg in
     --slow) slow=ON ;;
     --sanitize) preset=sanitize ;;
-    -h | --help) sed -n '2,5s/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    --valgrind) exec "$DEFE_ROOT/tests/valgrind.sh" ;;
+    -h | --help) sed -n '2,6s/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
     *) ctest_args+=("$arg") ;;
   esac
 done

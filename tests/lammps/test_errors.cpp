@@ -377,6 +377,13 @@ std::vector<Mistake> of_all_ranks()
            "region r delete\nrun 0",
        {"convert glass", "start region r does not exist"}},
 
+      {"des_moved_by_no_fix",
+       then("unfix move2\nrun 1"),
+       {"DEs of part glass (group particles)", "moved by no fix", "fix ID particles nve/sphere"}},
+      {"des_moved_twice",
+       then("fix again particles nve/sphere\nrun 1"),
+       {"DEs of part glass", "fix move2 and fix again"}},
+
       // create_hexes
       {"hexes_few_words", hexes("fe"), {"create_hexes", "missing argument"}},
       {"hexes_unknown_part", hexes("fe wood 1 x 0 1 1 y 0 1 1 z 0 1 1"), {"no part wood"}},
@@ -539,6 +546,15 @@ std::vector<Mistake> of_one_rank()
       {"nodes_integrated_as_spheres",
        then("unfix move1\nunfix move2\nfix move all nve/sphere\nrun 0"),
        {"nve/sphere requires extended particles"}},
+      {"nodes_moved_twice",
+       then("fix again nodes nve\nrun 1"),
+       {"Node ", "is moved by fix move1 and by fix again"}},
+      {"node_leaves_box",
+       then("velocity nodes set 1000 0 0\nrun 1000"),
+       {"Node ", "of part glass at 0.03", "left the box through its wall in x at step"}},
+      {"nodes_too_fast",
+       then("velocity nodes set 2e4 0 0\nrun 1"),
+       {"Node ", "of part glass", "moves by 0.001 per step", "use a smaller timestep"}},
       {"events_unwritable", option("events no/such/folder/events.txt"), {"event file", "no/such"}},
   };
 }
