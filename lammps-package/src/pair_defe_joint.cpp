@@ -33,6 +33,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
 
 using namespace LAMMPS_NS;
 using defe::Mat3;
@@ -103,8 +104,12 @@ void PairDefeJoint::coeff(int narg, char **arg)
   if (!allocated) allocate();
 
   int ilo, ihi, jlo, jhi;
-  utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
-  utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
+  try {
+    utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
+    utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
+  } catch (std::logic_error &) {    // LAMMPS hands on those of std::stol, for instance for "1*-"
+    error->all(FLERR, "Pair_coeff: {} {} are no ranges of atom types", arg[0], arg[1]);
+  }
 
   Coeff c;
   int iarg = 2;
