@@ -4,7 +4,7 @@
 # Needs clang (installed where possible). The corpus in tests/fuzz/corpus is what one run starts
 # from; what a run adds to the coverage is kept in build/fuzz/corpus, and
 #   tests/fuzz.sh --keep
-# puts the smallest set of inputs with the coverage of both into tests/fuzz/corpus.
+# puts some kB of a smallest set of inputs with the same coverage into tests/fuzz/corpus.
 # An input that crashes or hangs is left in build/fuzz/found, and the script fails.
 set -euo pipefail
 exec </dev/null
@@ -57,11 +57,11 @@ for name in hexes options; do
     "$program" -merge=1 -max_len=1024 "$merged" "$corpus" "$mine" >"$build/$name.merge.log" 2>&1
     # Inputs with a name were written by hand, or crashed once: they stay.
     find "$corpus" -regextype posix-extended -regex '.*/[0-9a-f]{40}' -delete
-    # Of the rest the shortest ones, some kB in all.
+    # Of the rest the longest ones, some kB in all: they get furthest, mutations shorten them by themselves.
     while read -r size file; do
-      ((total = ${total:-0} + size, total <= 12000)) || break
+      ((total = ${total:-0} + size, total <= 6000)) || break
       cp "$file" "$corpus/"
-    done < <(find "$merged" -type f -printf '%s %p\n' | sort -n)
+    done < <(find "$merged" -type f -printf '%s %p\n' | sort -k 1,1rn -k 2)
     total=0
     rm -rf "$merged"
     echo "$name: $(find "$corpus" -type f | wc -l) inputs, $(cat "$corpus"/* | wc -c) bytes"
