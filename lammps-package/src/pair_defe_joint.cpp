@@ -189,6 +189,9 @@ void PairDefeJoint::init_style()
   if (force->newton == 0)
     error->all(FLERR, "Pair style defe/* needs 'newton off on' or 'newton on'");
 
+  if (force->pair_match("^hybrid", 0) && force->pair_match("^defe/", 0, 2))
+    error->all(FLERR, "There can be only one pair style defe/*: remove the others from hybrid");
+
   auto fixes = modify->get_fix_by_style("^defe$");
   if (fixes.empty()) error->all(FLERR, "Pair style defe/* joins the DEs of a fix defe: define one");
   fix = dynamic_cast<FixDefe *>(fixes.front());
