@@ -46,6 +46,7 @@ static constexpr int HEX_SIZE = doubles(sizeof(HexPod));
 static constexpr int DE_SIZE = doubles(sizeof(DERecord));
 static constexpr int TOUCH_SIZE = doubles(sizeof(DefeTouch));
 static constexpr int SPHERE_SIZE = doubles(sizeof(SphereTouch));
+static constexpr int MAX_SHIELDS = 27;    // of an element: its neighbours, one more for a while
 static constexpr int RECORD_SIZE = 1 + 3 + 1 + 1 + 1 + 1 + 1;    // of any atom
 
 // a ghost atom receives one element per round of communication (with its pbc shift)
@@ -481,7 +482,6 @@ void FixDefe::setup_pre_exchange()
     }
   }
   convert_marked();
-  update_maxexchange();
 }
 
 /* ----------------------------------------------------------------------
@@ -537,7 +537,7 @@ void FixDefe::pre_neighbor()
   for (int i = 0; i < nlocal; i++)
     for (const auto &h : hexes[i])
       if (h.kernel >= 0) sizes[h.kernel]++;
-  std::map<int, int> batch_of;
+  std::vector<int> batch_of(kernels.size(), -1);    // by kernel
   tagint lost_hex = 0, lost_node = 0;
   for (int i = 0; i < nlocal; i++) {
     for (auto &h : hexes[i]) {
@@ -554,11 +554,10 @@ void FixDefe::pre_neighbor()
           for (int k = 0; k < 3; k++) X(k, a) = xframe[idx[a]][k];
         h.kernel = kernel_of(h.part, X);
       }
-      auto found = batch_of.find(h.kernel);
-      int b;
-      if (found == batch_of.end()) {
+      if (h.kernel >= static_cast<int>(batch_of.size())) batch_of.resize(h.kernel + 1, -1);
+      int &b = batch_of[h.kernel];
+      if (b < 0) {
         b = static_cast<int>(batches.size());
-        batch_of[h.kernel] = b;
         batches.emplace_back();
         batches[b].kernel = h.kernel;
         batches[b].rigid = material_of(parts[h.part]).rigid();
@@ -567,8 +566,7 @@ void FixDefe::pre_neighbor()
           batches[b].node.reserve(sizes[h.kernel]);
           batches[b].hex.reserve(sizes[h.kernel]);
         }
-      } else
-        b = found->second;
+      }
       batches[b].node.push_back(idx);
       batches[b].hex.push_back(&h);
       if (kernels[h.kernel].history > 0) {
@@ -1343,9 +1341,12 @@ int FixDefe::unpack_exchange(int i, double *buf)
 
 void FixDefe::update_maxexchange()
 {
-  int n = maxexchange;
+  int n = 0;
   for (int i = 0; i < atom->nlocal; i++) n = MAX(n, record_size(i));
-  maxexchange = n;
+
+  // a conversion that follows makes DEs, and shields for the elements beside
+
+  maxexchange = MAX(n, RECORD_SIZE + DE_SIZE) + hexes_per_node * (HEX_SIZE + 2 + 4 * MAX_SHIELDS);
 }
 
 /* ----------------------------------------------------------------------
@@ -1383,10 +1384,7 @@ int FixDefe::size_restart(int i)
 
 int FixDefe::maxsize_restart()
 {
-  int n = RECORD_SIZE + DE_SIZE;
-  int largest = 0;
-  for (int i = 0; i < atom->nlocal; i++) largest = MAX(largest, record_size(i));
-  return MAX(n, largest) + 1;
+  return restart_maxsize;
 }
 
 namespace {
@@ -1416,6 +1414,14 @@ void FixDefe::write_restart(FILE *fp)
   double mine[8] = {ledger.fracture,    ledger.release,      ledger.damping,  ledger.friction,
                     ledger.conv_strain, ledger.conv_kinetic, ledger.external, ledger.viscous};
   GlobalState g;
+
+  // asked of rank 0 alone, after this
+
+  int largest = RECORD_SIZE + DE_SIZE;
+  for (int i = 0; i < atom->nlocal; i++) largest = MAX(largest, record_size(i));
+  MPI_Allreduce(&largest, &restart_maxsize, 1, MPI_INT, MPI_MAX, world);
+  restart_maxsize++;    // the step
+
   MPI_Reduce(mine, g.ledger, 8, MPI_DOUBLE, MPI_SUM, 0, world);
   MPI_Reduce(&mass_gone, &g.mass_gone, 1, MPI_DOUBLE, MPI_SUM, 0, world);
   MPI_Reduce(&des_gone, &g.des_gone, 1, MPI_LMP_BIGINT, MPI_SUM, 0, world);

@@ -399,6 +399,7 @@ class FixDefe : public Fix {
   void keep_motion();
   void continue_with_kept_forces();
 
+  int restart_maxsize = 0;    // of the record of any atom on any rank
   int local_of(tagint) const;
   void require_hex_section();
   void update_maxexchange();

@@ -182,8 +182,16 @@ void FixDefe::convert_marked()
 
   // elements beside them: the face behind is free now, and the crack shields them
 
+  std::vector<char> beside(nall, 0);
+  for (const auto &c : at_node)
+    for (int i = local_of(c.first); i >= 0; i = atom->sametag[i]) beside[i] = 1;
   for (auto &b : batches)
     for (size_t e = 0; e < b.hex.size(); e++) {
+      const auto &idx = b.node[e];
+      if (std::none_of(idx.begin(), idx.end(), [&beside](int i) {
+            return beside[i] != 0;
+          }))
+        continue;
       HexRecord &h = *b.hex[e];
       if (now_gone.count(h.id)) continue;
       for (tagint &nb : h.nb)
@@ -387,7 +395,6 @@ void FixDefe::convert_marked()
   des_total += 8 * all[1];
   if (all[1] > 0 && first_conversion < 0.0) first_conversion = now();
   atom->nghost = 0;
-  update_maxexchange();
   atom->map_init();
   atom->map_set();
   if (all[3]) {
