@@ -147,11 +147,12 @@ FacetPoint closest_point(const Vec3 &p, const Vec3 node[4])
   return r;
 }
 
-FacetPoint project_point(const Vec3 &p, const Vec3 node[4])
+FacetPoint project_point(const Vec3 &p, const Vec3 node[4], double xi, double eta)
 {
   const Bilinear facet(node);
   FacetPoint r;
-  r.xi = r.eta = 0.0;
+  r.xi = std::clamp(xi, -2.0, 2.0);
+  r.eta = std::clamp(eta, -2.0, 2.0);
   for (int iteration = 0; iteration < 20; ++iteration) {
     const Vec3 a = facet.along_xi(r.eta), b = facet.along_eta(r.xi);
     const Vec3 off = p - facet.point(r.xi, r.eta);
@@ -163,7 +164,10 @@ FacetPoint project_point(const Vec3 &p, const Vec3 node[4])
     const double dxi = (bb * ra - ab * rb) / det, deta = (aa * rb - ab * ra) / det;
     r.xi = std::clamp(r.xi + dxi, -2.0, 2.0);
     r.eta = std::clamp(r.eta + deta, -2.0, 2.0);
-    if (std::abs(dxi) + std::abs(deta) < 1e-7) break;    // the next step would be its square
+    // the next step would be the square of this one, times how far the facet is from a parallelogram
+    const double step = std::abs(dxi) + std::abs(deta);
+    if (step < 0.1 && step * step * std::sqrt(facet.c[3].squaredNorm() / std::min(aa, bb)) < 1e-14)
+      break;
   }
   r.closest = facet.point(r.xi, r.eta);
   facet_shape(r.xi, r.eta, r.N);

@@ -24,6 +24,7 @@
 #include "defe/fe/hex8.h"
 #include "defe/fe/principal.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -35,6 +36,7 @@ using defe::fe::HexCoords;
 
 static constexpr int SIZE_VECTOR = 26;
 static constexpr size_t MAX_PARTS = 127;    // a signed char in the records
+static constexpr int WATCH_EVERY = 16;      // steps between looks at the speed of all atoms
 static constexpr int FLUSH_EVERY = 1000;    // steps between writes of the event file
 
 static constexpr int doubles(size_t bytes)
@@ -683,6 +685,7 @@ void FixDefe::pre_neighbor()
     jt.tie_point.assign(3 * jt.tie_node.size() + 3, 0.0);
   }
 
+  find_forced();
   build_surfaces();
   tables_built++;
   vector_step = -1;
@@ -857,9 +860,10 @@ void FixDefe::evaluate_finite(double *f, double history_step)
 
 void FixDefe::post_force(int /*vflag*/)
 {
-  const size_t n = 3 * static_cast<size_t>(atom->nlocal);
-  if (f_internal.size() < n) f_internal.resize(n);
-  if (n) memcpy(f_internal.data(), &atom->f[0][0], n * sizeof(double));
+  double **f = atom->f;
+  f_internal.resize(3 * forced.size());
+  for (size_t q = 0; q < forced.size(); q++)
+    for (int k = 0; k < 3; k++) f_internal[3 * q + k] = f[forced[q]][k];
   if (update->ntimestep == update->laststep || update->ntimestep == output->next_restart)
     keep_forces();
 }
@@ -924,24 +928,55 @@ void FixDefe::continue_with_kept_forces()
    power of all forces that are not ours, with velocities at the full step
 ------------------------------------------------------------------------- */
 
-double FixDefe::power_of_others()
+double FixDefe::power_of_others() const
 {
-  const int nlocal = atom->nlocal;
-  if (nlocal == 0) return 0.0;
-  const double *f = atom->f[0];
-  const double *v = atom->v[0];
-  double power[3] = {0.0, 0.0, 0.0};    // three sums, so that they need not wait for each other
-  double fastest[3] = {0.0, 0.0, 0.0};
-  for (int i = 0; i < 3 * nlocal; i += 3)
-    for (int k = 0; k < 3; k++) {
-      power[k] += (f[i + k] - f_internal[i + k]) * v[i + k];
-      fastest[k] = MAX(fastest[k], std::abs(v[i + k]));
-    }
-  const double sum = power[0] + power[1] + power[2];
+  double **f = atom->f;
+  double **v = atom->v;
+  double power = 0.0;
+  for (size_t q = 0; q < forced.size(); q++) {
+    const int i = forced[q];
+    for (int k = 0; k < 3; k++) power += (f[i][k] - f_internal[3 * q + k]) * v[i][k];
+  }
+  return power;
+}
+
+/* ----------------------------------------------------------------------
+   atoms that forces of other fixes act on: those in the groups of the fixes that change forces
+   after us, or all if there is one of which it is not known to keep to its group
+------------------------------------------------------------------------- */
+
+void FixDefe::find_forced()
+{
+  int bits = 0;
+  bool after = false;
+  for (auto *ifix : modify->get_fix_list()) {
+    if (ifix == this) after = true;
+    if (!after || ifix == this || !(ifix->setmask() & (POST_FORCE | POST_FORCE_RESPA))) continue;
+    static const char *const keeps[] = {"^setforce", "^addforce", "^aveforce",    "^gravity",
+                                        "^viscous",  "^wall/",    "^lineforce",   "^planeforce",
+                                        "^drag",     "^efield",   "^spring/self", "^rigid",
+                                        "^langevin", "^damping/"};
+    const bool known = std::any_of(std::begin(keeps), std::end(keeps), [ifix](const char *style) {
+      return utils::strmatch(ifix->style, style);
+    });
+    bits |= known ? ifix->groupbit : 1;    // bit 1 is group all
+  }
+  forced.clear();
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->mask[i] & bits) forced.push_back(i);
+}
+
+/* ----------------------------------------------------------------------
+   does any node or DE move faster than anything physical?
+------------------------------------------------------------------------- */
+
+void FixDefe::watch_speed()
+{
+  const double *v = atom->nlocal ? atom->v[0] : nullptr;
   const double limit = max_step_length / update->dt;
-  if (!(MAX(fastest[0], MAX(fastest[1], fastest[2])) <= limit) || !std::isfinite(sum))
-    stop_exploded();
-  return sum;
+  int beyond = 0;
+  for (int i = 0; i < 3 * atom->nlocal; i++) beyond += !(std::abs(v[i]) <= limit);
+  if (beyond) stop_exploded();
 }
 
 /* ----------------------------------------------------------------------
@@ -1043,6 +1078,9 @@ void FixDefe::end_of_step()
 
   external_power = power_of_others();
   ledger.external += 0.5 * update->dt * external_power;
+  if (update->ntimestep % WATCH_EVERY == 0 || update->ntimestep == output->next_restart ||
+      update->ntimestep == update->laststep)
+    watch_speed();
   if (kept_step == update->ntimestep) keep_motion();
 
   if (fe_clock == 0) mark_elements();
@@ -1072,9 +1110,9 @@ void FixDefe::mark_elements()
     if (!b.convertible) continue;
     const Part &p = parts[kernels[b.kernel].part];
     const int n = static_cast<int>(b.node.size());
-    double highest = -1.0e300;
-    for (int e = 0; e < n; e++) highest = MAX(highest, b.bound[e]);
-    if (!(highest > p.stress)) continue;
+    int above = 0;
+    for (int e = 0; e < n; e++) above += b.bound[e] > p.stress;
+    if (!above) continue;
     for (int e = 0; e < n; e++) {
       if (!(b.bound[e] > p.stress)) continue;
       HexRecord &h = *b.hex[e];

@@ -355,12 +355,14 @@ class FixDefe : public Fix {
   std::vector<int> loss_count;
 
   // ---- ledger ----
-  std::vector<double> f_internal;    // forces of owned atoms before other fixes add theirs
+  std::vector<int> forced;           // owned atoms that other fixes may put forces on
+  std::vector<double> f_internal;    // their forces before that
+  void find_forced();
   double external_power = 0.0;
   bool after_setup = false;
   double clock = 0.0;       // simulated time at the last step
   bigint last_step = -1;    // its number
-  double power_of_others();
+  double power_of_others() const;
   double virial_fe[6];
   double fe_energy_all();
   double vector_values[26];
@@ -388,6 +390,7 @@ class FixDefe : public Fix {
   void check_masses();
   void account_for_deleted();
   void watch_walls();
+  void watch_speed();
   void stop_exploded();
   void check_integrators();
   std::string describe(int i) const;

@@ -449,13 +449,15 @@ void FixDefe::contact_forces()
       if (cp.r == 0.0 || height <= -g.warp || here.distance < 0.0) {
         // a point behind: only if it is over the facet, less a margin at the edges
         if (cp.same) continue;
-        here = defe::project_point(p, q);
+        here = defe::project_point(p, q, del.dot(g.to_xi), del.dot(g.to_eta));
         const double beside_xi = std::max(0.0, std::abs(here.xi) - 1.0);
         const double beside_eta = std::max(0.0, std::abs(here.eta) - 1.0);
         if (here.distance > 0.0 || beside_xi > EDGE_MARGIN || beside_eta > EDGE_MARGIN) continue;
         overlap = cp.r - here.distance;
         direction = here.normal;
-        distance = std::hypot(here.distance, 0.5 * facet.size * std::hypot(beside_xi, beside_eta));
+        const double beside_sq = beside_xi * beside_xi + beside_eta * beside_eta;
+        distance =
+            std::sqrt(here.distance * here.distance + 0.25 * facet.size * facet.size * beside_sq);
         if (!minimizing) {
           Vec3 speed(v[cp.point]);
           for (int a = 0; a < 4; a++) speed -= here.N[a] * Vec3(v[facet.node[a]]);

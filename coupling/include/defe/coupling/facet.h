@@ -31,8 +31,8 @@ FacetPoint closest_point(const Vec3 &p, const Vec3 node[4]);
 /// Foot of the normal from p on the facet continued beyond its edges: |xi| or |eta| may be above 1
 /// and shape functions negative, so that the reaction spread with N has no moment about p. For
 /// points near the facet; xi and eta are kept within +-2. feature is face if the foot is on the
-/// facet, else edge (which is 0).
-FacetPoint project_point(const Vec3 &p, const Vec3 node[4]);
+/// facet, else edge (which is 0). xi, eta: where to begin, for those who know it roughly.
+FacetPoint project_point(const Vec3 &p, const Vec3 node[4], double xi = 0.0, double eta = 0.0);
 
 void facet_shape(double xi, double eta, double N[4]);
 Vec3 facet_point(const Vec3 node[4], double xi, double eta);
