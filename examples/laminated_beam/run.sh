@@ -10,12 +10,13 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 # simulate VARIANT [LAMMPS options...]: mesh, LAMMPS and the analysis. Paths are relative: log files
 # do not tell where the tree lies.
 simulate() {
-  local variant=$1 out=output/$1 run=("$DEFE_LMP") code=0
+  local variant=$1 out=output/$1 run=("$DEFE_LMP") code=0 colour=5
   shift
+  if [[ $variant == monolithic ]]; then colour=1; fi
   if ((DEFE_NP > 1)); then run=("$DEFE_MPIRUN" "$DEFE_NP" "$DEFE_LMP"); fi
   mkdir -p "$out"
   rm -f "$out"/*.png "$out"/{events,energies,screen}.txt "$out"/{log.lammps,summary.json}
-  ../../tools/layers2data "$out/mesh.data" --layer lower 0.008 4 1 --layer inter 0.00152 "${DEFE_LAYERS:-1}" 5 \
+  ../../tools/layers2data "$out/mesh.data" --layer lower 0.008 4 1 --layer inter 0.00152 "${DEFE_LAYERS:-1}" $colour \
     --layer upper 0.008 4 1 --x -0.100 1 -0.099 99 0.099 1 0.100 --z 0 5 0.010
   run+=(-in in.laminated_beam -log "$out/log.lammps" -var out "$out" -var variant "$variant" "$@")
   if [[ $screen == yes ]]; then
