@@ -116,8 +116,9 @@ void ComputeDefeAtom::compute_peratom()
     int count[4] = {0, 0, 0, 0};
     if (de)
       for (const auto &slot : de->slot) {
-        if (slot.kind == DefeJoint::TIE) count[3]++;
-        if (slot.kind == DefeJoint::DE) count[static_cast<int>(slot.state)]++;
+        if (slot.kind == DefeJoint::NONE) continue;
+        const bool holding = slot.kind == DefeJoint::TIE && slot.state == DefeJoint::CONNECTIVE;
+        count[holding ? 3 : static_cast<int>(slot.state)]++;
       }
     for (int c = 0; c < ncol; c++) {
       double value = 0.0;

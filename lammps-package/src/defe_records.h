@@ -64,6 +64,7 @@ struct JointSlot {
   signed char partner;    // slot of the joint on the other DE (also of the one a TIE becomes)
   signed char corner;     // corner of the other element at the common node
   signed char pending;    // 1: becomes cohesive in the next step, 2: did so in this one
+  signed char part;       // TIE: part of the element
 };
 
 /** What travels with a discrete element. Plain data: packed as bytes. */

@@ -34,7 +34,7 @@ using defe::Mat3;
 using defe::Vec3;
 using defe::fe::HexCoords;
 
-static constexpr int SIZE_VECTOR = 26;
+static constexpr int SIZE_VECTOR = 28;
 static constexpr size_t MAX_PARTS = 127;    // a signed char in the records
 static constexpr int WATCH_EVERY = 16;      // steps between looks at the speed of all atoms
 static constexpr int FLUSH_EVERY = 1000;    // steps between writes of the event file
@@ -200,6 +200,30 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
       if (p.type == 0)
         error->all(FLERR, "Fix defe convert {}: give the atom type of its DEs: type N", p.name);
 
+    } else if (key == "adhesive") {
+      need(6, "adhesive");
+      Adhesive a;
+      int *const which[2] = {&a.part, &a.base};
+      for (int k = 0; k < 2; k++) {
+        *which[k] = find_part(arg[iarg + 1 + k]);
+        if (*which[k] < 0)
+          error->all(FLERR, "Fix defe adhesive: unknown part {}: define it before",
+                     arg[iarg + 1 + k]);
+      }
+      a.law.sigma_t = utils::numeric(FLERR, arg[iarg + 3], false, lmp);
+      a.law.G_f = utils::numeric(FLERR, arg[iarg + 4], false, lmp);
+      a.law.beta = utils::numeric(FLERR, arg[iarg + 5], false, lmp);
+      a.law.reciprocal = false;
+      if (!(a.law.sigma_t > 0.0) || !(a.law.G_f > 0.0) || !(a.law.beta >= 0.0))
+        error->all(FLERR,
+                   "Fix defe adhesive {} {}: strength and fracture energy must be > 0 and beta >= "
+                   "0, not {} {} {}",
+                   arg[iarg + 1], arg[iarg + 2], a.law.sigma_t, a.law.G_f, a.law.beta);
+      if (adhesive_of(a.part, a.base))
+        error->all(FLERR, "Fix defe adhesive {} {} is given twice", arg[iarg + 1], arg[iarg + 2]);
+      adhesives.push_back(a);
+      iarg += 6;
+
     } else if (key == "contact") {
       need(2, "contact");
       contact_factor = utils::numeric(FLERR, arg[iarg + 1], false, lmp);
@@ -258,12 +282,24 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 
     } else
       error->all(FLERR,
-                 "Unknown fix defe keyword {}: use material, part, convert, contact, shield, "
-                 "stress, kernel, every, check or events",
+                 "Unknown fix defe keyword {}: use material, part, convert, adhesive, contact, "
+                 "shield, stress, kernel, every, check or events",
                  key);
   }
 
   if (materials.empty()) error->all(FLERR, "Fix defe needs at least one material");
+  for (const auto &a : adhesives) {
+    if (!parts[a.part].convertible)
+      error->all(FLERR,
+                 "Fix defe adhesive {0} {1}: elements of part {0} do not convert, so it has no "
+                 "ties: name the part that converts first",
+                 parts[a.part].name, parts[a.base].name);
+    if (parts[a.base].convertible)
+      error->all(FLERR,
+                 "Fix defe adhesive {0} {1}: part {1} converts: the joints between two parts that "
+                 "convert have their strength by pair_coeff cohesive",
+                 parts[a.part].name, parts[a.base].name);
+  }
   for (const auto &p : parts) {
     const auto &e = material_of(p).elastic();
     corner_moduli.push_back(material_of(p).rigid() ? defe::CornerModuli{0.0, 0.0}
@@ -361,6 +397,7 @@ void FixDefe::init()
   build_topology();
   account_for_deleted();
   check_integrators();
+  check_adhesives();
 
   if (update->whichflag == 2 && des_total > 0)
     error->all(
@@ -609,7 +646,7 @@ void FixDefe::pre_neighbor()
                        "lost or deleted, or the communication cutoff is too small",
                        atom->tag[i], slot.other, comm->me, update->ntimestep);
           for (int k = 0; k < 3; k++) cell.dX[s][k] = xframe[j][k] - xframe[i][k];
-        } else if (slot.kind == DefeJoint::TIE) {
+        } else if (slot.kind == DefeJoint::TIE && slot.state != DefeJoint::CONTACT) {
           cell.tie |= 1 << s;
           cell.dX[s] = cell.face[s];
         }
@@ -678,7 +715,9 @@ void FixDefe::pre_neighbor()
         }
         if (slot.state == DefeJoint::CONNECTIVE) jt.present[d] |= 1 << s;
         if (slot.pending == 1) jt.pending.push_back(6 * d + s);
-        if (slot.state == DefeJoint::COHESIVE && atom->tag[i] < slot.other)
+        // a joint is computed by its lower ID, a tie by its only DE
+        if (slot.state == DefeJoint::COHESIVE &&
+            (slot.kind == DefeJoint::TIE || atom->tag[i] < slot.other))
           jt.cohesive.push_back(6 * d + s);
       }
     }
@@ -716,6 +755,7 @@ void FixDefe::JointTable::clear()
   tie_node.clear();
   tie_point.clear();
   cohesive.clear();
+  debonded.clear();
   newborn.clear();
   pending.clear();
 }

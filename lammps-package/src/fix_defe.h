@@ -17,6 +17,7 @@ FixStyle(defe,FixDefe);
 
 #include "defe_records.h"
 
+#include "defe/coupling/cohesive.h"
 #include "defe/coupling/corner_strain.h"
 #include "defe/fe/kernel.h"
 #include "defe/fe/material_law.h"
@@ -110,6 +111,20 @@ class FixDefe : public Fix {
   const Material &material_of(const Part &p) const { return materials[p.material]; }
   int find_part(const std::string &) const;
 
+  /** Ties of DEs of `part` to elements of `base` that can break. */
+  struct Adhesive {
+    int part, base;
+    defe::CohesiveParameters law;
+  };
+  std::vector<Adhesive> adhesives;
+  /** Null: ties between these parts do not break. */
+  const Adhesive *adhesive_of(int part, int base) const
+  {
+    for (const auto &a : adhesives)
+      if (a.part == part && a.base == base) return &a;
+    return nullptr;
+  }
+
   /** Append an element anchored at owned atom i (its first node). Topology is made in init(). */
   void add_hex(int i, tagint id, int part, const tagint *nodes);
   void set_reference(int i, const double *x);
@@ -148,7 +163,8 @@ class FixDefe : public Fix {
     std::vector<double> tie_point;
     std::vector<int> pending;     // 6 * DE + slot of the joints that switch in the next step
     std::vector<int> newborn;     // DEs whose first force evaluation is to come
-    std::vector<int> cohesive;    // 6 * DE + slot of the cohesive joints that I compute
+    std::vector<int> cohesive;    // 6 * DE + slot of the cohesive joints and ties that I compute
+    std::vector<int> debonded;    // 6 * DE + slot of the ties that broke in this step
     void clear();
   } jt;
   std::vector<defe::CornerModuli> corner_moduli;    // per part
@@ -188,7 +204,7 @@ class FixDefe : public Fix {
   struct Event {
     bigint step;
     double time;
-    int what;    // 0 conversion, 1 cohesive, 2 broken
+    int what;    // 0 conversion, 1 cohesive, 2 broken, 3 adhesive, 4 debonded
     tagint a, b;
     double x[3];    // reference position: element centre or middle of the joint
     double n[3];    // reference direction of the joint, or the current tension
@@ -313,6 +329,7 @@ class FixDefe : public Fix {
   std::vector<int> own_facets;        // the outer facets that a node belongs to
   const FacetPlane &plane_of(int);
   double facing_area(const ContactPair &, const defe::Vec3 &);
+  bool tied(int de, tagint element) const;
   double contact_energy = 0.0;    // at the last force evaluation, this rank
   void build_surfaces();
   void contact_forces();
@@ -365,7 +382,7 @@ class FixDefe : public Fix {
   double power_of_others() const;
   double virial_fe[6];
   double fe_energy_all();
-  double vector_values[26];
+  double vector_values[28];
   double surface_energy_all = 0.0;
   bigint vector_step = -1;
   void fill_vector();
@@ -393,6 +410,7 @@ class FixDefe : public Fix {
   void watch_speed();
   void stop_exploded();
   void check_integrators();
+  void check_adhesives();
   std::string describe(int i) const;
   double kinetic_energy(int i) const;
 

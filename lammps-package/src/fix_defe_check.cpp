@@ -177,7 +177,7 @@ void FixDefe::check_records(const char *when)
       const JointSlot &slot = r.slot[s];
       if (slot.kind == DefeJoint::DE)
         joints.to_id(slot.other, {slot.other, me, s, slot.partner, slot.state, r.element});
-      else if (slot.kind == DefeJoint::TIE) {
+      else if (slot.kind == DefeJoint::TIE && slot.state != DefeJoint::CONTACT) {
         Tie t{slot.other, me, {0, 0, 0, 0}};
         for (int k = 0; k < 4; k++) t.node[k] = slot.face_node[k];
         ties.to_id(slot.other, t);
@@ -340,7 +340,8 @@ void FixDefe::account_for_deleted()
     if (de[i]) letters.to_id(atom->tag[i], {atom->tag[i], 0});
     for (const auto &h : hexes[i])
       for (int f = 0; f < 6; f++)
-        if (h.nb[f] < 0)
+        // behind an adhesive the DE may have come loose before it was deleted: nobody knows now
+        if (h.nb[f] < 0 && !adhesive_of(h.nbpart[f], h.part))
           for (int k : defe::fe::hex_face[static_cast<int>(h.nbface[f])]) {
             const tagint tag = de_base + 8 * (-h.nb[f] - 1) + k + 1;
             letters.to_id(tag, {tag, h.id});
@@ -356,6 +357,40 @@ void FixDefe::account_for_deleted()
                  "Fix defe after atoms were deleted at step {}: DE {} was lost or deleted while it "
                  "was tied to element {}: only whole bodies and loose DEs can be deleted",
                  update->ntimestep, b.de, b.element);
+}
+
+/* ----------------------------------------------------------------------
+   adhesives need a pair style that softens joints and contact for afterwards; ties that soften
+   (after a restart) need their adhesive
+------------------------------------------------------------------------- */
+
+void FixDefe::check_adhesives()
+{
+  if (!adhesives.empty() && !force->pair_match("defe/joint", 1) &&
+      !force->pair_match("defe/cohesive", 1))
+    error->all(FLERR,
+               "Fix defe adhesive: ties soften with pair_style defe/joint or defe/cohesive only");
+  if (!adhesives.empty() && !(contact_factor > 0.0) && comm->me == 0)
+    error->warning(
+        FLERR,
+        "Fix defe adhesive without the keyword contact: what has debonded passes through "
+        "the faces");
+  int mine[2] = {-1, -1}, all[2];
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!de[i]) continue;
+    for (const auto &slot : de[i]->slot)
+      if (slot.kind == DefeJoint::TIE && (slot.state == DefeJoint::COHESIVE || slot.pending) &&
+          !adhesive_of(de[i]->part, slot.part)) {
+        mine[0] = de[i]->part;
+        mine[1] = slot.part;
+      }
+  }
+  MPI_Allreduce(mine, all, 2, MPI_INT, MPI_MAX, world);
+  if (all[0] >= 0)
+    error->all(FLERR,
+               "Fix defe: ties of part {} to part {} are softening, but no adhesive is given for "
+               "them: give 'adhesive' as before the restart",
+               parts[all[0]].name, parts[all[1]].name);
 }
 
 /* ----------------------------------------------------------------------

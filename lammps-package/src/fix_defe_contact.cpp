@@ -17,6 +17,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "force.h"
 #include "neighbor.h"
 #include "update.h"
 
@@ -258,6 +259,7 @@ void FixDefe::build_surfaces()
     first = k;
   }
 
+  const bool born_loose = force->pair_match("defe/contact", 1) != nullptr;    // ties hold nothing
   std::vector<int> near;
   for (const Point &p : points) {
     const int i = p.atom;
@@ -279,12 +281,14 @@ void FixDefe::build_surfaces()
             if (plane_of(k).distance(x) > std::max(p.r, DEEPEST * f.size) + neighbor->skin)
               continue;
             if (material_of(parts[f.part]).rigid() && material_of(parts[p.part]).rigid()) continue;
-            if (same) {
-              // a DE is tied to this element, or rests on it in the reference state
-              bool tied = false;
+            if (p.r > 0.0) {
+              // a DE is tied to this element; if that cannot end, it need not be looked at again
+              bool for_good = false;
               for (const auto &slot : jt.rec[jt.of_atom[i]]->slot)
-                tied = tied || (slot.kind == DefeJoint::TIE && slot.other == f.element);
-              if (tied) continue;
+                for_good = for_good ||
+                    (slot.kind == DefeJoint::TIE && slot.other == f.element &&
+                     slot.state != DefeJoint::CONTACT && !adhesive_of(p.part, f.part));
+              if (for_good && !born_loose) continue;
             }
             near.push_back(k);
           }
@@ -306,6 +310,11 @@ void FixDefe::build_surfaces()
       cp.same = (cp.part == p.part);
       cp.first = static_cast<int>(contact_facets.size());
       cp.r = p.r;
+      // spheres of flat cells reach through the face that they were tied to from the start
+      if (p.r > 0.0)
+        for (const auto &slot : jt.rec[jt.of_atom[i]]->slot)
+          if (slot.kind == DefeJoint::TIE && slot.part == cp.part)
+            cp.r = std::min(cp.r, Vec3(slot.face).dot(Vec3(slot.normal)));
       cp.k_own = p.k_sum / p.k_count;
       // nodes are met a second time, by the nodes of the other side against their facets
       cp.weight = p.r > 0.0 ? 1.0 : 0.5;
@@ -380,6 +389,18 @@ double FixDefe::facing_area(const ContactPair &cp, const Vec3 &normal)
 }
 
 /* ----------------------------------------------------------------------
+   a DE has no contact with an element that it is tied to
+------------------------------------------------------------------------- */
+
+bool FixDefe::tied(int i, tagint element) const
+{
+  for (const auto &slot : de[i]->slot)
+    if (slot.kind == DefeJoint::TIE && slot.other == element && slot.state != DefeJoint::CONTACT)
+      return true;
+  return false;
+}
+
+/* ----------------------------------------------------------------------
    penalty forces, onto owned and ghost atoms
    Sides are kept: a point gets into a body only by crossing a facet, so it can be no
    deeper than it was a step ago plus the way it has gone since. What is deeper, lies
@@ -433,7 +454,8 @@ void FixDefe::contact_forces()
       if (cp.r == 0.0) {
         facing = facing_area(cp, g.normal);
         if (facing == 0.0) continue;
-      }
+      } else if (tied(cp.point, facet.element))
+        continue;
       const Vec3 q[4] = {Vec3(x[facet.node[0]]), Vec3(x[facet.node[1]]), Vec3(x[facet.node[2]]),
                          Vec3(x[facet.node[3]])};
       defe::FacetPoint here;
@@ -491,6 +513,10 @@ void FixDefe::contact_forces()
     if (k < 0.0 || (best->k_area > 0.0 && best->k_area < k)) k = best->k_area;
     k *= area * cp.weight;
     contact_energy += 0.5 * k * depth * depth;
+    // a tie that broke by shear while it was pressed: this much of what it held is still here
+    for (int ds : jt.debonded)
+      if (jt.self[ds / 6] == cp.point && jt.rec[ds / 6]->slot[ds % 6].other == best->element)
+        ledger.release -= 0.5 * k * depth * depth;
     Vec3 force = k * depth * n;
     if (contact_friction > 0.0) {
       for (int d = 0; d < 3; d++) slip[d] = v[cp.point][d];

@@ -298,6 +298,7 @@ void FixDefe::convert_marked()
         } else {
           slot.kind = DefeJoint::TIE;
           slot.other = nb;
+          slot.part = h.nbpart[s];
           for (int c = 0; c < 4; c++)
             slot.face_node[c] = h.node[defe::fe::hex_face[s][(pos + c) % 4]];
         }

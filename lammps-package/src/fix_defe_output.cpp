@@ -92,6 +92,8 @@ void FixDefe::fill_vector()
     COHESIVE,
     CONTACT,
     TIES,
+    TIES_COHESIVE,
+    TIES_BROKEN,
     E_FE,
     E_JOINTS,
     E_TIES,
@@ -129,7 +131,7 @@ void FixDefe::fill_vector()
     if (de[i]) {
       for (const auto &slot : de[i]->slot) {
         if (slot.kind == DefeJoint::TIE)
-          mine[TIES] += 1.0;
+          mine[TIES + slot.state] += 1.0;
         else if (slot.kind == DefeJoint::DE && atom->tag[i] < slot.other)
           mine[CONNECTIVE + slot.state] += 1.0;
       }
@@ -197,6 +199,8 @@ void FixDefe::fill_vector()
   w[19] = all[CONV_KINETIC];
   w[20] = all[EXTERNAL];
   w[25] = all[VISCOUS];
+  w[26] = all[TIES_COHESIVE];
+  w[27] = all[TIES_BROKEN];
   w[21] =
       w[8] + w[9] + w[10] + w[11] + w[12] + w[13] + w[14] + w[15] + w[16] + w[17] + w[25] - w[20];
   w[22] = w[21] + w[18] + w[19];
@@ -331,9 +335,11 @@ void FixDefe::flush_events()
                  "# step time event id id2 X Y Z nx ny nz value\n"
                  "# event convert: id = element, id2 = part, X = reference centre, value = mass\n"
                  "# event cohesive, broken: id, id2 = the two DEs, X = reference middle of the "
-                 "joint, n = reference direction, value = equivalent traction, or damage (1)\n");
+                 "joint, n = reference direction, value = equivalent traction, or damage (1)\n"
+                 "# event adhesive, debonded: the same of a tie, id = DE, id2 = element, X = "
+                 "reference point on its face\n");
   event_header = true;
-  static const char *const name[] = {"convert", "cohesive", "broken"};
+  static const char *const name[] = {"convert", "cohesive", "broken", "adhesive", "debonded"};
   for (const auto &e : all)
     utils::print(fp, "{} {:.9g} {} {} {} {:.9g} {:.9g} {:.9g} {:.4g} {:.4g} {:.4g} {:.6g}\n",
                  e.step, e.time, name[e.what], e.a, e.b, e.x[0], e.x[1], e.x[2], e.n[0], e.n[1],

@@ -319,7 +319,7 @@ void PairDefeJoint::connective_and_ties()
     for (int d = 0; d < n; d++) {
       jt.present[d] = 0;
       for (int s = 0; s < 6; s++)
-        if (jt.rec[d]->slot[s].kind == DefeJoint::DE)
+        if (jt.rec[d]->slot[s].kind != DefeJoint::NONE)
           jt.rec[d]->slot[s].state = jt.state[6 * d + s] = DefeJoint::CONTACT;
       jt.rec[d]->newborn = 0;
     }
@@ -400,6 +400,7 @@ void PairDefeJoint::connective_and_ties()
         for (int k = 0; k < 3; k++) fi[k] += h[k];
         for (int a = 0; a < 4; a++)
           for (int k = 0; k < 3; k++) f[node[a]][k] -= defe::tie_weight[a] * h[k];
+        if (h[0] * h[0] + h[1] * h[1] + h[2] * h[2] > screen[d][s]) reached.push_back(6 * d + s);
         ties++;
         if (vflag) {
           const double *p = &jt.tie_point[3 * ~nb];
@@ -442,15 +443,17 @@ void PairDefeJoint::update_screen()
   if (!with_cohesive) return;
   for (int d = 0; d < jt.nde; d++)
     for (int s = 0; s < 6; s++) {
-      if (jt.partner[d][s] < 0) continue;
       const JointSlot &slot = jt.rec[d]->slot[s];
+      const bool tie = slot.kind == DefeJoint::TIE;
+      const auto *adhesive = tie ? fix->adhesive_of(jt.material[d], slot.part) : nullptr;
+      if (tie ? !adhesive : jt.partner[d][s] < 0) continue;
       const int i = jt.self[d], j = jt.nb[d][s];
-      if (atom->tag[i] > slot.other) {
+      if (!tie && atom->tag[i] > slot.other) {
         if (jt.partner[d][s] >= 6 * jt.nde) mirrored.push_back(6 * d + s);
         continue;
       }
       if (slot.state != DefeJoint::CONNECTIVE) continue;
-      const auto &par = coeff_of(atom->type[i], atom->type[j]).cohesive;
+      const auto &par = tie ? adhesive->law : coeff_of(atom->type[i], atom->type[j]).cohesive;
       double limit = par.sigma_t * slot.area;
       if (par.reciprocal && par.beta < 1.0) limit *= par.beta;
       if (!par.reciprocal && par.beta > 1.0) limit /= par.beta;
@@ -479,8 +482,27 @@ void PairDefeJoint::criterion()
     const int d = ds / 6, s = ds % 6;
     const int i = jt.self[d], j = jt.nb[d][s];
     JointSlot &slot = jt.rec[d]->slot[s];
-    const int other = jt.partner[d][s];
     const double *h = &jt.half_force[d][3 * s];
+
+    if (j < 0) {    // a tie: all of its force is the DE's half
+      const auto &par = fix->adhesive_of(jt.material[d], slot.part)->law;
+      const TiePoint tie = tie_point(d, s);
+      const Vec3 t = Vec3(h) / slot.area;
+      const double tn = t.dot(tie.normal);
+      const Vec3 ts = t - tn * tie.normal;
+      if (!(tn > 0.0) || defe::equivalent_traction(tn, ts.norm(), par) < par.sigma_t) continue;
+      const auto &moduli = table[jt.material[d]];
+      const auto stiffness = defe::joint_stiffness(moduli.lambda, moduli.mu, jt.len[d][s]);
+      const auto state = defe::cohesive_start(tn, ts, stiffness, par);
+      state.pack(slot.cohesive);
+      slot.length0 = tie.y.dot(tie.normal) - state.e_n;
+      noted_release -= 0.5 * slot.area *
+          (stiffness.k_n * state.e_n * state.e_n + stiffness.k_s * state.e_s.squaredNorm());
+      note(ds);
+      continue;
+    }
+
+    const int other = jt.partner[d][s];
     const double *g = &jt.half_force[other / 6][3 * (other % 6)];
     const auto &par = coeff_of(atom->type[i], atom->type[j]).cohesive;
 
@@ -564,12 +586,13 @@ void PairDefeJoint::switch_joints()
     jt.state[ds] = DefeJoint::COHESIVE;
     jt.present[d] = static_cast<unsigned char>(jt.present[d] & ~(1u << s));
     screen[d][s] = HUGE_VAL;
-    if (atom->tag[jt.self[d]] > slot.other) continue;
+    const bool tie = slot.kind == DefeJoint::TIE;
+    if (!tie && atom->tag[jt.self[d]] > slot.other) continue;
     slot.pending = 2;    // its energy is booked with its first force
     slot.stored = slot.lost = 0.0;
     jt.cohesive.push_back(ds);
-    fix->note_damage();
-    event(d, s, 1, defe::CohesiveState::unpack(slot.cohesive).s0);
+    if (!tie) fix->note_damage();
+    event(d, s, tie ? 3 : 1, defe::CohesiveState::unpack(slot.cohesive).s0);
   }
   jt.pending.clear();
 }
@@ -617,17 +640,19 @@ void PairDefeJoint::event(int d, int s, int what, double value)
 {
   auto &jt = fix->jt;
   const int i = jt.self[d], j = jt.nb[d][s];
-  const double *Xi = fix->x_frame(i), *Xj = fix->x_frame(j);
+  const JointSlot &slot = jt.rec[d]->slot[s];
+  const bool tie = slot.kind == DefeJoint::TIE;
+  const double *Xi = fix->x_frame(i), *Xj = tie ? nullptr : fix->x_frame(j);
   FixDefe::Event e;
   e.step = update->ntimestep;
   e.time = fix->now();
   e.what = what;
   e.a = atom->tag[i];
-  e.b = atom->tag[j];
+  e.b = slot.other;
   double len = 0.0;
   for (int k = 0; k < 3; k++) {
-    e.x[k] = 0.5 * (Xi[k] + Xj[k]);
-    e.n[k] = Xj[k] - Xi[k];
+    e.x[k] = tie ? Xi[k] + slot.face[k] : 0.5 * (Xi[k] + Xj[k]);
+    e.n[k] = tie ? slot.normal[k] : Xj[k] - Xi[k];
     len += e.n[k] * e.n[k];
   }
   for (double &n : e.n) n /= std::sqrt(len);
@@ -635,6 +660,110 @@ void PairDefeJoint::event(int d, int s, int what, double value)
   domain->unmap(frame, atom->image[i], e.x);    // reference positions are never wrapped
   e.value = value;
   fix->record_event(e);
+}
+
+/* ----------------------------------------------------------------------
+   a tie and the face that it ends on, as they are now
+------------------------------------------------------------------------- */
+
+PairDefeJoint::TiePoint PairDefeJoint::tie_point(int d, int s) const
+{
+  const auto &jt = fix->jt;
+  double **x = atom->x;
+  const auto &node = jt.tie_node[~jt.nb[d][s]];
+  Vec3 p[4], point = Vec3::Zero(), middle = Vec3::Zero();
+  for (int a = 0; a < 4; a++) {
+    p[a] = Vec3(x[node[a]]);
+    point += defe::tie_weight[a] * p[a];
+    middle += 0.25 * p[a];
+  }
+  TiePoint tie;
+  tie.y = point - Vec3(x[jt.self[d]]);
+  tie.normal = (p[2] - p[0]).cross(p[3] - p[1]).normalized();
+  if (tie.normal.dot(tie.y) < 0.0) tie.normal = -tie.normal;
+  Mat3 inertia = Mat3::Zero();
+  for (int a = 0; a < 4; a++) {
+    tie.arm[a] = p[a] - middle;
+    inertia += tie.arm[a].squaredNorm() * Mat3::Identity() - tie.arm[a] * tie.arm[a].transpose();
+  }
+  tie.inertia_inverse = inertia.inverse();
+  return tie;
+}
+
+/* ----------------------------------------------------------------------
+   a softening tie. Its arm y turns with the face (least squares over the four nodes), and the
+   face takes the moment y x F as forces on them, so that angular momentum is kept and no work is
+   lost. Where neighbours carry the same shear these forces cancel. The DE cannot take the
+   moment: nothing holds its spin, it would roll away under any shear.
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::cohesive_tie(int d, int s)
+{
+  auto &jt = fix->jt;
+  double **v = atom->v;
+  double **f = atom->f;
+  const double dt = update->setupflag ? 0.0 : update->dt;
+  JointSlot &slot = jt.rec[d]->slot[s];
+  const int i = jt.self[d];
+  const auto &law = fix->adhesive_of(jt.material[d], slot.part)->law;
+  const auto &moduli = table[jt.material[d]];
+  const auto stiffness = defe::joint_stiffness(moduli.lambda, moduli.mu, jt.len[d][s]);
+  const auto &node = jt.tie_node[~jt.nb[d][s]];
+  auto state = defe::CohesiveState::unpack(slot.cohesive);
+
+  const TiePoint tie = tie_point(d, s);
+  const Vec3 &n = tie.normal;
+  Vec3 slide = -Vec3(v[i]), spin = Vec3::Zero();
+  for (int a = 0; a < 4; a++) {
+    slide += defe::tie_weight[a] * Vec3(v[node[a]]);
+    spin += tie.arm[a].cross(Vec3(v[node[a]]));
+  }
+  slide -= (tie.inertia_inverse * spin).cross(tie.y);
+  slide -= slide.dot(n) * n;
+  defe::cohesive_rotate(state, n);
+  const auto r = defe::cohesive_update(state, tie.y.dot(n) - slot.length0 - state.e_n, dt * slide,
+                                       stiffness, law);
+  state.pack(slot.cohesive);
+
+  // of all that is lost until it breaks, G_f is the share of the fracture energy
+
+  auto &ledger = fix->ledger;
+  const double delta_c = 2.0 * law.G_f / state.s0;
+  const double share = delta_c / (delta_c + state.s0 / stiffness.k_n);
+  const double lost = slot.area * r.dissipated;
+  ledger.fracture += share * lost;
+  ledger.release += (1.0 - share) * lost;
+  slot.lost += lost;
+  slot.stored = slot.area * r.stored;
+  if (slot.pending) {
+    // first force since the switch: this much of what the corners let go is still here
+    ledger.release -= 0.5 * (slot.stored + lost);
+    slot.pending = 0;
+  }
+
+  if (r.broken) {
+    ledger.release += slot.stored;    // if it is pressed; contact of surfaces takes its part back
+    slot.stored = 0.0;
+    set_broken(d, s);
+    jt.debonded.push_back(6 * d + s);
+    event(d, s, 4, r.damage);
+    return;
+  }
+  fix->stored.cohesive += slot.stored;
+
+  const Vec3 force = slot.area * (r.t_n * n + r.t_s);
+  const Vec3 turn = tie.inertia_inverse * tie.y.cross(force);
+  for (int k = 0; k < 3; k++) f[i][k] += force[k];
+  for (int a = 0; a < 4; a++) {
+    const Vec3 on_node = turn.cross(tie.arm[a]) - defe::tie_weight[a] * force;
+    for (int k = 0; k < 3; k++) f[node[a]][k] += on_node[k];
+    if (vflag_global || vflag_atom) {
+      // relative to the DE: its own force has no share then
+      const double *xa = atom->x[node[a]], *xi = atom->x[i];
+      const double del[3] = {xa[0] - xi[0], xa[1] - xi[1], xa[2] - xi[2]};
+      tally(del, on_node.data(), i);
+    }
+  }
 }
 
 /* ----------------------------------------------------------------------
@@ -651,10 +780,16 @@ void PairDefeJoint::cohesive_forces()
   double **torque = atom->torque;
   const double dt = update->setupflag ? 0.0 : update->dt;
 
+  jt.debonded.clear();
   size_t kept = 0;
   for (size_t q = 0; q < jt.cohesive.size(); q++) {
     const int d = jt.cohesive[q] / 6, s = jt.cohesive[q] % 6;
     JointSlot &slot = jt.rec[d]->slot[s];
+    if (slot.kind == DefeJoint::TIE) {
+      cohesive_tie(d, s);
+      if (slot.state == DefeJoint::COHESIVE) jt.cohesive[kept++] = jt.cohesive[q];
+      continue;
+    }
     const int i = jt.self[d], j = jt.nb[d][s];
     const Coeff &c = coeff_of(atom->type[i], atom->type[j]);
     const auto &moduli = table[jt.material[d]];

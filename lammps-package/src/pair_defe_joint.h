@@ -78,6 +78,14 @@ class PairDefeJoint : public Pair {
   void switch_joints();
   void update_screen();
   defe::Vec3 face_normal(int d, int s, const defe::Vec3 &along) const;
+  struct TiePoint {
+    defe::Vec3 y;         // from the DE to the point on the face
+    defe::Vec3 normal;    // of the face, out of the DE
+    defe::Vec3 arm[4];    // nodes, from their middle
+    defe::Mat3 inertia_inverse;
+  };
+  TiePoint tie_point(int d, int s) const;
+  void cohesive_tie(int d, int s);
   void cohesive_forces();
   void contact_forces();
   void update_candidates();

@@ -15,8 +15,8 @@ namespace defe::test {
 struct Event {
   long step;
   double time;
-  std::string what;    // convert, cohesive, broken
-  long a, b;           // element and part, or the two DEs
+  std::string what;    // convert, cohesive, broken, adhesive, debonded
+  long a, b;           // element and part, the two DEs, or DE and element
   double x[3], n[3], value;
 };
 

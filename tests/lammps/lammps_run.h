@@ -69,7 +69,9 @@ enum Entry {
   BALANCE,
   FIRST_CONVERSION,
   FIRST_DAMAGE,
-  VISCOUS
+  VISCOUS,
+  TIES_SOFTENING,
+  TIES_BROKEN
 };
 
 /// A node or a DE. x is unwrapped.
