@@ -440,7 +440,13 @@ void FixDefe::init()
 
   // joints and facets need their nodes as ghosts, two elements deep
 
-  const double cut = 2.0 * max_diagonal + neighbor->skin;
+  // and the ranks of facets need the balls that can reach them
+
+  double ball = 0.0, largest_ball = 0.0;
+  for (int i = 0; i < atom->nlocal && contact_factor > 0.0; i++)
+    if (!de[i]) ball = MAX(ball, atom->radius[i]);
+  MPI_Allreduce(&ball, &largest_ball, 1, MPI_DOUBLE, MPI_MAX, world);
+  const double cut = max_diagonal + MAX(max_diagonal, largest_ball) + neighbor->skin;
   if (comm->cutghostuser < cut) {
     if (comm->me == 0 && comm->cutghostuser > 0.0)
       error->warning(FLERR, "Communication cutoff raised from {} to {} for fix defe",

@@ -136,6 +136,9 @@ class FixDefe : public Fix {
   void build_topology();
 
   double largest_element() const { return max_diagonal; }
+  /** Stiffness of a ball against a DE (N/m): that of the same area of its element, so that a contact
+      does not change at a conversion. 0 if there is no contact of surfaces. */
+  double ball_stiffness(int part, double de_radius) const;
   double max_de_radius(int type) const;    // largest DE of that type that can ever be born
   bigint des_total = 0;                    // on all ranks
 
@@ -299,6 +302,7 @@ class FixDefe : public Fix {
     int face, part;
     int node[4];
     bool outer;    // a free surface; otherwise the border to converted elements
+    bool mine;     // of an element of this rank
     double area;
     double k_area;       // penalty stiffness per area (N/m3), negative for a rigid part
     double size;         // longest diagonal
@@ -323,12 +327,20 @@ class FixDefe : public Fix {
     double k_own;    // penalty stiffness per area of the point's side, negative = rigid
     double weight;
     bool same;    // a DE against its own part
+    bool ball;    // not a DE, but any other sphere
   };
   std::vector<ContactPair> contact_pairs;
   std::vector<int> contact_facets;    // what the pairs may touch
   std::vector<int> own_facets;        // the outer facets that a node belongs to
   const FacetPlane &plane_of(int);
   double facing_area(const ContactPair &, const defe::Vec3 &);
+  bool is_ball(int i) const;    // a sphere that is no DE, owned or ghost
+  struct BallPair {
+    int ball;     // atom, owned or ghost
+    int facet;    // of an element of this rank, not larger than the ball
+  };
+  std::vector<BallPair> ball_pairs;
+  void ball_forces();
   bool tied(int de, tagint element) const;
   double contact_energy = 0.0;    // at the last force evaluation, this rank
   void build_surfaces();

@@ -7,6 +7,9 @@
    The rank that owns the node or DE decides which facet it touches, so each pair
    is treated once on any decomposition; facets of other ranks' elements come with
    the ghosts of their first nodes.
+   Balls, spheres that are no DEs: one that is smaller than a facet is such a point. Against
+   facets of its own size and smaller ones it presses on their area, by the rank that owns the
+   facet; its force comes back with the ghosts.
 ------------------------------------------------------------------------- */
 
 #include "fix_defe.h"
@@ -44,6 +47,16 @@ static constexpr double MAX_DEPTH = 0.35;
 // and this is more than the distance, in facet sizes, from which a point behind or beside it can be
 static constexpr double DEEPEST = MAX_DEPTH + 0.71 * EDGE_MARGIN;
 
+// a ball whose diameter is not less than the facet's diagonal presses on its area
+static bool presses_on_area(double radius, double size)
+{
+  return 2.0 * radius >= size;
+}
+
+// viscous coefficient of a ball's friction where it hardly slides, in masses per time step: each node
+// takes that of up to 16 points, with weights that add up to 4
+static constexpr double STICK = 0.1;
+
 /* ----------------------------------------------------------------------
    facets near my points and who may touch what; once per reneighbouring
 ------------------------------------------------------------------------- */
@@ -54,6 +67,7 @@ void FixDefe::build_surfaces()
   contact_pairs.clear();
   contact_facets.clear();
   own_facets.clear();
+  ball_pairs.clear();
   surface_at.clear();
   if (!(contact_factor > 0.0)) return;
 
@@ -134,12 +148,26 @@ void FixDefe::build_surfaces()
 
   double rmax = 0.0;
   for (int d = 0; d < jt.nde; d++) rmax = std::max(rmax, atom->radius[jt.self[d]]);
+  std::vector<int> balls, large_balls;
+  for (int i = 0; i < nlocal + atom->nghost; i++) {
+    if (!is_ball(i)) continue;
+    balls.push_back(i);
+    if (atom->radius[i] > max_diagonal)
+      large_balls.push_back(i);
+    else
+      rmax = std::max(rmax, atom->radius[i]);
+  }
+  const auto ball_is_near = [this](int ball, const double *centre, double size) {
+    const double far = atom->radius[ball] + 0.5 * size + neighbor->skin;
+    return (Vec3(atom->x[ball]) - Vec3(centre)).squaredNorm() < far * far;
+  };
   const double reach = max_diagonal * (0.5 + MAX_DEPTH + EDGE_MARGIN) + rmax + neighbor->skin;
   const double range = reach + 0.5 * max_diagonal;
 
   Cells space;
   for (const auto &face : faces) space.add(face.centre);
   for (int d = 0; d < jt.nde; d++) space.add(atom->x[jt.self[d]]);
+  for (int i : balls) space.add(atom->x[i]);
   constexpr int NOBODY = -1, SEVERAL = -2;
   const auto merge = [](int &a, int b) {
     if (b == NOBODY || a == b) return;
@@ -150,6 +178,7 @@ void FixDefe::build_surfaces()
   std::vector<int> who(around.count(), NOBODY);
   for (const auto &face : faces) merge(who[around.of(face.centre)], exposed[face.hex].hex->part);
   for (int d = 0; d < jt.nde; d++) who[around.of(atom->x[jt.self[d]])] = SEVERAL;
+  for (int i : balls) who[around.of(atom->x[i])] = SEVERAL;
   around.spread(who, 2, NOBODY, merge);
 
   int last = -1;
@@ -159,7 +188,11 @@ void FixDefe::build_surfaces()
     const Exposed &e = exposed[face.hex];
     const HexPod &h = *e.hex;
     const int there = who[around.of(face.centre)];
-    if (there == NOBODY || there == h.part) continue;
+    if (there == NOBODY || there == h.part) {
+      bool hit = false;
+      for (int i : large_balls) hit = hit || ball_is_near(i, face.centre, max_diagonal);
+      if (!hit) continue;
+    }
     if (face.hex != last) {
       for (int a = 0; a < 8; a++)
         for (int k = 0; k < 3; k++) X(k, a) = xframe[e.idx[a]][k];
@@ -172,6 +205,7 @@ void FixDefe::build_surfaces()
     facet.face = face.face;
     facet.part = h.part;
     facet.outer = (h.nb[face.face] == 0);
+    facet.mine = (e.idx[0] < nlocal);
     Vec3 P[4];
     for (int d = 0; d < 3; d++) facet.centre[d] = face.centre[d];
     for (int k = 0; k < 4; k++) {
@@ -189,6 +223,14 @@ void FixDefe::build_surfaces()
   facet_planes.resize(facets.size());
   for (auto &g : facet_planes) g.known = false;
 
+  for (size_t k = 0; k < facets.size() && !balls.empty(); k++) {
+    const Facet &f = facets[k];
+    if (!f.mine || f.k_area < 0.0) continue;    // a ball is rigid, too
+    for (int i : balls)
+      if (presses_on_area(atom->radius[i], f.size) && ball_is_near(i, f.centre, f.size))
+        ball_pairs.push_back({i, static_cast<int>(k)});
+  }
+
   // points: my nodes on outer faces, and my DEs
 
   struct Point {
@@ -197,6 +239,7 @@ void FixDefe::build_surfaces()
     double area = 0.0, k_sum = 0.0;
     int k_count = 0;
     double r = 0.0;
+    bool ball = false;
     int first = 0, count = 0;    // its own facets, in `corners`
   };
   std::vector<Point> points;
@@ -242,6 +285,18 @@ void FixDefe::build_surfaces()
       p.r = atom->radius[i];
       points.push_back(p);
     }
+    for (int i : balls) {
+      if (i >= nlocal || presses_on_area(atom->radius[i], max_diagonal)) continue;
+      Point p;
+      p.atom = i;
+      p.part = -1;
+      p.ball = true;
+      p.r = atom->radius[i];
+      p.area = 4.0 * std::atan(1.0) * p.r * p.r;
+      p.k_sum = -1.0;    // rigid
+      p.k_count = 1;
+      points.push_back(p);
+    }
     std::sort(points.begin(), points.end(), [](const Point &a, const Point &b) {
       return a.atom < b.atom;
     });
@@ -280,8 +335,9 @@ void FixDefe::build_surfaces()
             if (rsq > cut * cut) continue;
             if (plane_of(k).distance(x) > std::max(p.r, DEEPEST * f.size) + neighbor->skin)
               continue;
-            if (material_of(parts[f.part]).rigid() && material_of(parts[p.part]).rigid()) continue;
-            if (p.r > 0.0) {
+            if (p.ball && presses_on_area(p.r, f.size)) continue;
+            if (f.k_area < 0.0 && (p.ball || material_of(parts[p.part]).rigid())) continue;
+            if (p.r > 0.0 && !p.ball) {
               // a DE is tied to this element; if that cannot end, it need not be looked at again
               bool for_good = false;
               for (const auto &slot : jt.rec[jt.of_atom[i]]->slot)
@@ -310,8 +366,9 @@ void FixDefe::build_surfaces()
       cp.same = (cp.part == p.part);
       cp.first = static_cast<int>(contact_facets.size());
       cp.r = p.r;
+      cp.ball = p.ball;
       // spheres of flat cells reach through the face that they were tied to from the start
-      if (p.r > 0.0)
+      if (p.r > 0.0 && !p.ball)
         for (const auto &slot : jt.rec[jt.of_atom[i]]->slot)
           if (slot.kind == DefeJoint::TIE && slot.part == cp.part)
             cp.r = std::min(cp.r, Vec3(slot.face).dot(Vec3(slot.normal)));
@@ -388,6 +445,94 @@ double FixDefe::facing_area(const ContactPair &cp, const Vec3 &normal)
   return area;
 }
 
+bool FixDefe::is_ball(int i) const
+{
+  return atom->radius[i] > 0.0 && !is_de[i];
+}
+
+double FixDefe::ball_stiffness(int part, double de_radius) const
+{
+  if (!(contact_factor > 0.0)) return 0.0;
+  const double d = 2.0 * de_radius;
+  return d * d *
+      defe::penalty_stiffness_per_area(contact_factor, material_of(parts[part]).elastic().bulk(),
+                                       4.0 * d * d, 8.0 * d * d * d);
+}
+
+/* ----------------------------------------------------------------------
+   balls against facets that are not larger: the penalty pressure k_A g over four points per facet,
+   natural coordinates +-1/2, a quarter of the area each. These are the points and areas of
+   the DEs that the element would become.
+   Friction has no history: Coulomb's, and viscous where that is less.
+------------------------------------------------------------------------- */
+
+void FixDefe::ball_forces()
+{
+  double **x = atom->x;
+  double **v = atom->v;
+  double **f = atom->f;
+  double **omega = atom->omega;
+  double **torque = atom->torque;
+  const double *rmass = atom->rmass;
+  static constexpr double pi = 3.14159265358979323846;
+  static constexpr double quarter[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}};
+  double N[4][4];
+  for (int q = 0; q < 4; q++) defe::facet_shape(quarter[q][0], quarter[q][1], N[q]);
+
+  for (const auto &pair : ball_pairs) {
+    const Facet &facet = facets[pair.facet];
+    const int i = pair.ball;
+    const double R = atom->radius[i];
+    const Vec3 c(x[i]);
+    const FacetPlane &g = plane_of(pair.facet);
+    const double far = R + 0.5 * facet.size;
+    if ((c - g.mid).squaredNorm() > far * far) continue;
+    if (std::abs((c - g.mid).dot(g.normal)) > R + g.warp) continue;
+    const double area = 0.25 * facet.area;
+    for (const auto &shape : N) {
+      Vec3 p = Vec3::Zero();
+      for (int a = 0; a < 4; a++) p += shape[a] * Vec3(x[facet.node[a]]);
+      const Vec3 off = c - p;
+      const double distance = off.norm();
+      const double overlap = R - distance;
+      if (overlap <= 0.0 || off.dot(g.normal) <= 0.0) continue;
+      const Vec3 n = off / distance;
+      const double k = facet.k_area * area;
+      const double push = k * overlap;
+      contact_energy += 0.5 * push * overlap;
+      Vec3 force = push * n;
+      if (contact_friction > 0.0) {
+        Vec3 slip = Vec3(v[i]) - Vec3(omega[i]).cross(off);
+        double mass = HUGE_VAL;
+        for (int a = 0; a < 4; a++) {
+          slip -= shape[a] * Vec3(v[facet.node[a]]);
+          mass = std::min(mass, rmass[facet.node[a]]);
+        }
+        slip -= slip.dot(n) * n;
+        const double speed = slip.norm();
+        // as many points as the ball can cover share its mass
+        const double points = 1.0 + pi * R * R / area;
+        const double viscous = STICK / (update->dt * (1.0 / mass + points / rmass[i]));
+        if (speed > 0.0) {
+          const double drag = std::min(contact_friction * push, viscous * speed);
+          force -= drag / speed * slip;
+          if (!update->setupflag) ledger.friction += drag * speed * update->dt;
+        }
+      }
+      const Vec3 moment = force.cross(off);
+      for (int d = 0; d < 3; d++) {
+        f[i][d] += force[d];
+        torque[i][d] += moment[d];
+      }
+      for (int a = 0; a < 4; a++)
+        for (int d = 0; d < 3; d++) f[facet.node[a]][d] -= shape[a] * force[d];
+      const double w[6] = {off[0] * force[0], off[1] * force[1], off[2] * force[2],
+                           off[0] * force[1], off[0] * force[2], off[1] * force[2]};
+      for (int d = 0; d < 6; d++) virial_fe[d] += w[d];
+    }
+  }
+}
+
 /* ----------------------------------------------------------------------
    a DE has no contact with an element that it is tied to
 ------------------------------------------------------------------------- */
@@ -416,6 +561,7 @@ void FixDefe::contact_forces()
   const bool minimizing = (update->whichflag == 2);    // then there are no velocities
   contact_energy = 0.0;
   for (auto &g : facet_planes) g.known = false;
+  if (!ball_pairs.empty()) ball_forces();
 
   for (const auto &cp : contact_pairs) {
     const Vec3 p(x[cp.point]);
@@ -454,7 +600,9 @@ void FixDefe::contact_forces()
       if (cp.r == 0.0) {
         facing = facing_area(cp, g.normal);
         if (facing == 0.0) continue;
-      } else if (tied(cp.point, facet.element))
+      } else if (cp.ball)
+        facing = std::min(facing, facet.area);
+      else if (tied(cp.point, facet.element))
         continue;
       const Vec3 q[4] = {Vec3(x[facet.node[0]]), Vec3(x[facet.node[1]]), Vec3(x[facet.node[2]]),
                          Vec3(x[facet.node[3]])};
@@ -521,6 +669,7 @@ void FixDefe::contact_forces()
     if (contact_friction > 0.0) {
       for (int d = 0; d < 3; d++) slip[d] = v[cp.point][d];
       for (int a = 0; a < 4; a++) slip -= at.N[a] * Vec3(v[best->node[a]]);
+      if (cp.ball) slip += Vec3(atom->omega[cp.point]).cross(at.closest - p);
       Vec3 shear(old->shear);
       const auto r =
           defe::coulomb_friction(shear, n, update->setupflag ? Vec3::Zero() : Vec3(dt * slip), k,
@@ -538,6 +687,10 @@ void FixDefe::contact_forces()
     for (int a = 0; a < 4; a++)
       for (int d = 0; d < 3; d++) f[best->node[a]][d] -= at.N[a] * force[d];
     const Vec3 off = p - at.closest;
+    if (cp.ball) {
+      const Vec3 moment = force.cross(off);
+      for (int d = 0; d < 3; d++) atom->torque[cp.point][d] += moment[d];
+    }
     const double w[6] = {off[0] * force[0], off[1] * force[1], off[2] * force[2],
                          off[0] * force[1], off[0] * force[2], off[1] * force[2]};
     for (int d = 0; d < 6; d++) virial_fe[d] += w[d];

@@ -410,5 +410,6 @@ void FixDefe::convert_marked()
   batches.clear();
   jt.clear();
   contact_pairs.clear();
+  ball_pairs.clear();
   facets.clear();
 }

@@ -1,0 +1,244 @@
+// A ball, a LAMMPS sphere that is no DE, against a block of glass: its finite elements, or the DEs
+// that they have become.
+//
+// timeout: 240
+
+#include "glass_block.h"
+
+#include <cmath>
+
+using namespace defe::test;
+using defe::Vec3;
+
+namespace {
+
+constexpr double h = 2e-3;
+
+struct Hit {
+  double radius = 5e-3;
+  Vec3 at = Vec3(4.3e-3, 3.8e-3, 0.0);    // above the block
+  Vec3 velocity = Vec3(0.0, 0.0, -2.0);
+  std::string friction;
+  std::string convert = "1e12 type 2 group particles";
+  std::string factor = "0.2";
+  double dt = 5e-8;
+
+  Block block() const
+  {
+    Block b;
+    b.n[0] = b.n[1] = 4;
+    b.n[2] = 2;
+    b.dt = dt;
+    b.options = "contact " + factor + friction;
+    b.convert = convert;
+    b.coeff = "connective material cohesive 1e12 1e6 0.1 contact 1.0 0.0\n"
+              "pair_coeff 2 3 contact 1.0 " +
+        std::string(friction.empty() ? "0" : "0.3");
+    return b;
+  }
+  std::string motion() const
+  {
+    return block().motion() + "group ball type 3\nfix move3 ball nve/sphere\n";
+  }
+  double mass() const { return 4.0 / 3.0 * std::acos(-1.0) * radius * radius * radius * 7800.0; }
+
+  void start(Lammps &lmp) const
+  {
+    const Block b = block();
+    std::string box = b.box();
+    box.replace(box.find("create_box 2"), 12, "create_box 3");
+    const Vec3 c = at + Vec3(0.0, 0.0, 2.0 * h + radius + 1e-7);
+    lmp.commands(b.header() + box + b.fix() + b.mesh() + "create_atoms 3 single " + number(c[0]) +
+                 " " + number(c[1]) + " " + number(c[2]) + "\nset type 3 diameter " +
+                 number(2.0 * radius) + " density 7800\n" + motion() + "velocity ball set " +
+                 number(velocity[0]) + " " + number(velocity[1]) + " " + number(velocity[2]) +
+                 "\nrun 0\n");
+  }
+};
+
+Particle ball_of(const Particles &all)
+{
+  for (const auto &p : all)
+    if (p.second.type == 3) return p.second;
+  throw std::runtime_error("no ball");
+}
+
+double sum(const std::vector<double> &a)
+{
+  double s = 0.0;
+  for (double v : a) s += v;
+  return s;
+}
+
+/// Let it hit and fly off again; force on the ball (z) at every step.
+std::vector<double> bounce(const Hit &hit, int steps, Particles *last = nullptr)
+{
+  const double dt = hit.dt;
+  Lammps lmp;
+  hit.start(lmp);
+  const Particles before = lmp.particles();
+  const double energy0 = 0.5 * hit.mass() * hit.velocity.squaredNorm();
+  EXPECT_NEAR(lmp.fe(E_KINETIC) / energy0, 1.0, 1e-12);    // it is in the account
+  lmp.command("compute push ball reduce sum fx fy fz");
+  lmp.record({"f_fe[22]", "c_push[3]", "c_push[1]"}, 1);
+  lmp.run(steps);
+  const Particles after = lmp.particles();
+  const auto energy = lmp.recorded(0), force = lmp.recorded(1), along = lmp.recorded(2);
+  const double scale = hit.mass() * hit.velocity.norm();
+  EXPECT_LT((momentum(after) - momentum(before)).norm(), 1e-10 * scale);
+  const Vec3 c = centre_of_mass(before);
+  EXPECT_LT((angular_momentum(after, c) - angular_momentum(before, c)).norm(), 1e-9 * scale * h);
+  EXPECT_LT(largest_deviation(energy), 2e-3 * energy0);
+  EXPECT_EQ(lmp.fe(E_CONTACT), 0.0) << "it still touches";
+
+  // its own force is that of the contact
+  const Particle ball = ball_of(after);
+  EXPECT_NEAR(sum(force) * dt, hit.mass() * (ball.v[2] - hit.velocity[2]), 1e-9 * scale);
+  EXPECT_GT(ball.v[2], hit.velocity[2]);
+  for (double f : force) EXPECT_GE(f, -1e-12 * hit.mass() / dt);    // it is never pulled
+  if (hit.friction.empty()) {
+    EXPECT_EQ(lmp.fe(FRICTION), 0.0);
+    EXPECT_LT(ball.omega.norm(), 1e-10);
+  } else {
+    EXPECT_GT(lmp.fe(FRICTION), 0.0);
+    EXPECT_GT(ball.omega[1], 0.0);    // it begins to roll
+    EXPECT_LE(-sum(along), 0.3 * sum(force) * 1.1);
+    EXPECT_GT(-sum(along), 0.05 * sum(force));
+  }
+  if (last) *last = after;
+  return force;
+}
+
+}    // namespace
+
+// larger than the facets, about as large, and smaller
+TEST(Ball, Bounces)
+{
+  for (double radius : {8e-3, 2e-3, 0.5e-3}) {
+    Hit hit;
+    hit.radius = radius;
+    Particles last;
+    (void) bounce(hit, radius > 5e-3 ? 2000 : 1200, &last);
+    // the block takes part of the energy as vibration; the ball of the smallest mass comes back
+    if (radius < 1e-3) { EXPECT_GT(ball_of(last).v[2], 1.5); }
+  }
+}
+
+TEST(Ball, ObliqueWithFriction)
+{
+  for (double radius : {5e-3, 0.5e-3}) {
+    Hit hit;
+    hit.radius = radius;
+    hit.velocity = Vec3(2.0, 0.0, -2.0);
+    hit.friction = " friction 0.3";
+    (void) bounce(hit, 1500);
+  }
+}
+
+// DEs give the ball the same push as the elements that they were
+TEST(Ball, HitsDiscreteBlock)
+{
+  for (double radius : {5e-3, 2e-3}) {
+    Hit hit;
+    hit.radius = radius;
+    const auto finite = bounce(hit, 1500);
+    hit.convert += " start all";
+    const auto discrete = bounce(hit, 1500);
+    const auto most = [](const std::vector<double> &a) {
+      return *std::max_element(a.begin(), a.end());
+    };
+    const auto lasts = [](const std::vector<double> &a) {
+      return static_cast<double>(std::count_if(a.begin(), a.end(), [](double f) {
+        return f > 0.0;
+      }));
+    };
+    EXPECT_NEAR(sum(discrete) / sum(finite), 1.0, 0.05);
+    EXPECT_NEAR(most(discrete) / most(finite), 1.0, 0.1);
+    EXPECT_NEAR(lasts(discrete) / lasts(finite), 1.0, 0.1);
+  }
+}
+
+TEST(Ball, SameOnAnyNumberOfRanks)
+{
+  for (double radius : {5e-3, 0.5e-3})
+    for (const std::string convert : {"", " start all"}) {
+      Hit hit;
+      hit.radius = radius;
+      hit.velocity = Vec3(1.0, 0.5, -3.0);
+      hit.friction = " friction 0.3";
+      hit.convert += convert;
+      const Particles one = on_one_rank([&] {
+        Lammps lmp(MPI_COMM_SELF);
+        hit.start(lmp);
+        lmp.run(500);
+        return lmp.particles();
+      });
+      Lammps lmp;
+      hit.start(lmp);
+      lmp.run(500);
+      EXPECT_LT(difference(one, lmp.particles(), &Particle::x), 1e-13);
+      EXPECT_LT(difference(one, lmp.particles(), &Particle::v), 1e-7);
+    }
+}
+
+// A heavy field presses the ball on a block that stands: the contact carries its weight.
+TEST(Ball, Rests)
+{
+  for (double radius : {5e-3, 0.5e-3}) {
+    Hit hit;
+    hit.radius = radius;
+    hit.velocity.setZero();
+    Lammps lmp;
+    hit.start(lmp);
+    const double g = 1e5;
+    lmp.commands("region floor block INF INF INF INF INF 1e-6\ngroup floor region floor\n"
+                 "fix weight ball gravity 1e5 vector 0 0 -1\n"
+                 "fix calm ball viscous " +
+                 number(hit.mass() * 1e5) + "\nfix hold floor setforce 0 0 0\n");
+    lmp.run(8000);
+    const Particle ball = ball_of(lmp.particles());
+    const double weight = hit.mass() * g;
+    EXPECT_LT(ball.f.norm(), 0.01 * weight);
+    EXPECT_LT(ball.v.norm(), 0.02);
+    EXPECT_NEAR(lmp.value("f_hold[3]") / -weight, 1.0, 0.02);
+    EXPECT_GT(lmp.fe(E_CONTACT), 0.0);
+    EXPECT_LT(ball.x[2], 2.0 * h + radius);
+    EXPECT_GT(ball.x[2], 2.0 * h + 0.9 * radius);
+  }
+}
+
+TEST(Ball, RestartInContact)
+{
+  for (double radius : {5e-3, 0.5e-3}) {
+    Hit hit;
+    hit.radius = radius;
+    hit.at = Vec3(4.4e-3, 3.6e-3, 0.0);
+    Particles all;
+    {
+      Lammps lmp;
+      hit.start(lmp);
+      lmp.command("restart 60 ball.a ball.b");
+      lmp.run(60);
+      EXPECT_GT(lmp.fe(E_CONTACT), 0.0);
+      lmp.run(100);
+      all = lmp.particles();
+    }
+    Lammps lmp;
+    lmp.commands(hit.block().header() + "read_restart ball.a\n" + hit.block().fix_only() +
+                 hit.motion());
+    lmp.run(100);
+    EXPECT_LT(difference(all, lmp.particles(), &Particle::x), 1e-14);
+    EXPECT_LT(difference(all, lmp.particles(), &Particle::v), 1e-8);
+  }
+}
+
+// No contact of surfaces: the ball goes through, and nothing happens.
+TEST(Ball, GoesThroughWithoutContact)
+{
+  Hit hit;
+  hit.factor = "0";
+  Lammps lmp;
+  hit.start(lmp);
+  lmp.run(200);
+  EXPECT_EQ(ball_of(lmp.particles()).v[2], -2.0);
+}
