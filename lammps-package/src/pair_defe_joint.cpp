@@ -997,18 +997,19 @@ void PairDefeJoint::contact_forces()
     }
 
     const Coeff &coeff = coeff_of(type[i], type[j]);
-    double E = 0.0, nu = 0.2;
+    double E = 0.0, nu = 0.2, ball = 0.0;
     for (int d : {di, dj}) {
       if (d < 0) continue;
       // a ghost's part is known by its type
       const int part = d < jt.nde ? jt.material[d] : part_of_type(type[jt.self[d]]);
+      if (di < 0 || dj < 0) ball = fix->ball_stiffness(part, radius[jt.self[d]]);
       if (E == 0.0 || young[part] < E) {
         E = young[part];
         nu = 0.5 * table[part].lambda / (table[part].lambda + table[part].mu);
       }
     }
     if (E == 0.0) continue;
-    const double kn = E * MIN(2.0 * MIN(radius[i], radius[j]), reach);
+    const double kn = ball > 0.0 ? ball : E * MIN(2.0 * MIN(radius[i], radius[j]), reach);
     auto par = defe::ContactParameters{kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), coeff.restitution,
                                        coeff.friction, coeff.damping_ratio};
     double *shear = spring(i, j);
