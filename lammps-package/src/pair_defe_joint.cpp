@@ -864,7 +864,7 @@ bool PairDefeJoint::joined(int d, tagint other) const
 
 void PairDefeJoint::add_candidate(int i, int j)
 {
-  if (!with_contact) return;
+  if (!with_contact || j < 0) return;    // a tie: the face takes over
   if (j < atom->nlocal && j < i) std::swap(i, j);
   candidates.push_back({i, j});
 }
