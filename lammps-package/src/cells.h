@@ -64,19 +64,19 @@ struct Cells {
     size_t stride = 1;
     std::vector<int> line;
     for (int d = 0; d < 3; d++) {
-      for (size_t start = 0; start < value.size(); start++) {
-        if ((start / stride) % n[d] != 0) continue;
-        line.resize(n[d]);
-        bool any = false;
-        for (int i = 0; i < n[d]; i++) {
-          line[i] = value[start + i * stride];
-          any = any || line[i] != nothing;
+      for (size_t slab = 0; slab < value.size(); slab += stride * n[d])
+        for (size_t start = slab; start < slab + stride; start++) {
+          line.resize(n[d]);
+          bool any = false;
+          for (int i = 0; i < n[d]; i++) {
+            line[i] = value[start + i * stride];
+            any = any || line[i] != nothing;
+          }
+          if (!any) continue;
+          for (int i = 0; i < n[d]; i++)
+            for (int j = std::max(i - far, 0); j <= std::min(i + far, n[d] - 1); j++)
+              merge(value[start + i * stride], line[j]);
         }
-        if (!any) continue;
-        for (int i = 0; i < n[d]; i++)
-          for (int j = std::max(i - far, 0); j <= std::min(i + far, n[d] - 1); j++)
-            merge(value[start + i * stride], line[j]);
-      }
       stride *= n[d];
     }
   }
