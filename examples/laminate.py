@@ -113,6 +113,8 @@ class Pieces:
                 self.converted[a - 1] = True
             elif kind == "broken":
                 self.broken[tuple(sorted((de(a), de(b))))] = time
+            elif kind == "debonded":  # a tie: a DE and an element
+                self.broken[(de(a), b - 1)] = time
         # joints and ties: pairs of units
         faces = {}
         for e, nodes in enumerate(hexes):

@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# Writes the mesh, runs a variant of the laminated pane and analyses it. Called by examples/run.sh,
+# which explains the DEFE_ variables:
+#   examples/run.sh laminated_plate [laminated | single] [-np N] [LAMMPS options...]
+# variants: laminated single
+# DEFE_SIZE=2 makes elements of 2 mm instead of 1 mm; results are then in output/VARIANT.2mm.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+
+variant=${DEFE_VARIANT:-laminated} size=${DEFE_SIZE:-1} run=("$DEFE_LMP") code=0
+case $size in
+  1) n=100 ply=3 pane=6 ;;
+  2) n=50 ply=2 pane=4 ;;
+  *) echo "laminated_plate: DEFE_SIZE is 1 or 2 (mm)" >&2; exit 2 ;;
+esac
+case $variant in
+  laminated) height=0.00676 layers=(--layer lower 0.003 $ply 1 --layer inter 0.00076 1 5 --layer upper 0.003 $ply 1) ;;
+  single) height=0.006 layers=(--layer lower 0.006 $pane 1) ;;
+  *) echo "example 'laminated_plate' has no variant '$variant': use laminated or single" >&2; exit 2 ;;
+esac
+# Paths are relative: log files do not tell where the tree lies.
+out=output/$variant
+if [[ $size != 1 ]]; then out+=.${size}mm; fi
+if ((DEFE_NP > 1)); then run=("$DEFE_MPIRUN" "$DEFE_NP" "$DEFE_LMP"); fi
+mkdir -p "$out"
+rm -f "$out"/*.png "$out"/{events,energies}.txt "$out"/{log.lammps,summary.json}
+../../tools/layers2data "$out/mesh.data" --axis z "${layers[@]}" --x -0.05 $n 0.05 --y -0.05 $n 0.05
+"${run[@]}" -in in.laminated_plate -log "$out/log.lammps" -var out "$out" -var variant "$variant" -var height "$height" "$@" ||
+  code=$?
+if ((code)); then
+  echo "laminated_plate: LAMMPS failed on variant $variant (exit code $code); log in examples/laminated_plate/$out" >&2
+  exit "$code"
+fi
+"$DEFE_PYTHON" analyse.py "$out" "$variant"
