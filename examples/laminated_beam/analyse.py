@@ -33,7 +33,7 @@ def analyse_run(folder, variant):
     events = laminate.read_events(folder / "events.txt")
     density = {"lower": GLASS, "upper": GLASS, "inter": GLASS if variant == "monolithic" else PVB}
     pieces = laminate.Pieces(mesh, events, log["nodes"], density)
-    pieces.check(energies)
+    pieces.check(log["last"])
 
     part_of = lambda row: mesh["parts"][row[3] - 1 if row[2] == "convert" else (row[3] - log["nodes"] - 1) // 8]
     plies = {}
@@ -65,8 +65,8 @@ def analyse_run(folder, variant):
         "impactor_energy_initial_J": round(0.5 * IMPACTOR * speed[0]**2, 5),
         "impactor_energy_final_J": round(0.5 * IMPACTOR * speed[-1]**2, 5),
         "impactor_energy_lost_J": round(0.5 * IMPACTOR * (speed[0]**2 - speed[-1]**2), 5),
-        "elements_converted": int(energies["converted"][-1]),
-        "joints_broken": int(energies["contact"][-1]),
+        "elements_converted": int(log["last"]["converted"]),
+        "joints_broken": int(log["last"]["contact"]),
         "held_together": pieces.summary("inter" if variant != "monolithic" else None),
         "fracture_energy_mJ": round(1e3 * energies["fracture"][-1], 3),
         "energy_initial_J": float(total[0]),

@@ -3,15 +3,16 @@
 # which explains the DEFE_ variables:
 #   examples/run.sh laminated_plate [laminated | single] [-np N] [LAMMPS options...]
 # variants: laminated single
-# DEFE_SIZE=2 makes elements of 2 mm instead of 1 mm; results are then in output/VARIANT.2mm.
+# DEFE_SIZE=1.5 or 2 makes elements of this size instead of 1 mm; results are then in output/VARIANT.SIZEmm.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
 variant=${DEFE_VARIANT:-laminated} size=${DEFE_SIZE:-1} run=("$DEFE_LMP") code=0
 case $size in
   1) n=100 ply=3 pane=6 ;;
-  2) n=50 ply=2 pane=4 ;;
-  *) echo "laminated_plate: DEFE_SIZE is 1 or 2 (mm)" >&2; exit 2 ;;
+  1.5) n=67 ply=2 pane=4 ;;
+  2) n=50 ply=2 pane=4 ;; # 2 x 2 x 1.5 mm
+  *) echo "laminated_plate: DEFE_SIZE is 1, 1.5 or 2 (mm)" >&2; exit 2 ;;
 esac
 case $variant in
   laminated) height=0.00676 layers=(--layer lower 0.003 $ply 1 --layer inter 0.00076 1 5 --layer upper 0.003 $ply 1) ;;
