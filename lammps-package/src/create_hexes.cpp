@@ -79,6 +79,7 @@ void CreateHexes::command(int narg, char **arg)
   // boundary: 0 periodic, 1 fixed, else shrink-wrapped: a box that follows its atoms
 
   for (int k = 0; k < 3; k++) {
+    const char axis = "xyz"[k];
     const double from = line[k].front(), to = line[k].back();
     const bool below = domain->boundary[k][0] == 1 && from < domain->boxlo[k];
     const bool above = domain->boundary[k][1] == 1 && to > domain->boxhi[k];
@@ -87,12 +88,12 @@ void CreateHexes::command(int narg, char **arg)
           FLERR,
           "Command create_hexes: mesh from {} to {} in {} reaches outside the box ({} to {}): "
           "enlarge the box or use a shrink-wrapped boundary",
-          from, to, "xyz"[k], domain -> boxlo[k], domain -> boxhi[k]);
+          from, to, axis, domain->boxlo[k], domain->boxhi[k]);
     if (domain->boundary[k][0] == 0 && to - from > domain->prd[k])
       error->all(FLERR,
                  "Command create_hexes: mesh from {} to {} in {} is longer than the periodic box "
                  "({}) and would overlap itself",
-                 from, to, "xyz"[k], domain -> prd[k]);
+                 from, to, axis, domain->prd[k]);
   }
 
   const bigint n[3] = {static_cast<bigint>(line[0].size()), static_cast<bigint>(line[1].size()),

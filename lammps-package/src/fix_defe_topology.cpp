@@ -271,13 +271,14 @@ void FixDefe::mesh_shapes(Mesh &mesh)
                        "hexahedra are not supported",
                        h.id, p.name, h.node[a]);
       for (int k = 0; k < 3; k++) {
+        const char axis = "xyz"[k];
         const double extent = X.row(k).maxCoeff() - X.row(k).minCoeff();
         if (domain->periodicity[k] && extent > 0.5 * domain->prd[k])
           error->one(
               FLERR,
               "Element {} of part {} is {:.6g} long in {}, more than half of the periodic box "
               "({:.6g}): make the box larger, or give the nodes' image flags in the data file",
-              h.id, p.name, extent, "xyz"[k], domain -> prd[k]);
+              h.id, p.name, extent, axis, domain->prd[k]);
       }
       const auto check = defe::fe::check_hex(X);
       if (check.verdict == defe::fe::HexCheck::bad)
