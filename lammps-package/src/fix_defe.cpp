@@ -369,8 +369,6 @@ void FixDefe::init()
 
   bool any_convertible = false;
   for (const auto &p : parts) any_convertible = any_convertible || p.convertible;
-  if (any_convertible && utils::strmatch(update->integrate_style, "^respa"))
-    error->all(FLERR, "Fix defe cannot convert elements with run_style respa: use verlet");
   if (utils::strmatch(update->integrate_style, "^respa"))
     error->all(FLERR, "Fix defe does not support run_style respa: use verlet");
 
@@ -398,6 +396,7 @@ void FixDefe::init()
   account_for_deleted();
   check_integrators();
   check_adhesives();
+  forced_bits = groups_forced();
 
   if (update->whichflag == 2 && des_total > 0)
     error->all(
@@ -411,8 +410,7 @@ void FixDefe::init()
   for (int i = 0; i < atom->nlocal; i++) {
     const tagint tag = atom->tag[i];
     if (de[i]) continue;
-    if (de_base > 0 && tag > de_base && tag <= de_base + 8 * last_element)
-      mine[0] = MIN(mine[0], tag);
+    if (de_base > 0 && tag > de_base && tag <= last_de()) mine[0] = MIN(mine[0], tag);
     if (nelem[i] > 0 && atom->radius[i] != 0.0) mine[1] = MIN(mine[1], tag);
   }
   MPI_Allreduce(mine, all, 2, MPI_LMP_TAGINT, MPI_MIN, world);
@@ -420,7 +418,7 @@ void FixDefe::init()
     error->all(FLERR,
                "Atom {} has an ID that is kept for DEs ({} to {}): create other atoms before the "
                "first run",
-               all[0], de_base + 1, de_base + 8 * last_element);
+               all[0], de_base + 1, last_de());
   if (all[1] < MAXTAGINT)
     error->all(FLERR, "Node {} of the mesh was given a radius: nodes are spheres of radius 0",
                all[1]);
@@ -730,7 +728,9 @@ void FixDefe::pre_neighbor()
     jt.tie_point.assign(3 * jt.tie_node.size() + 3, 0.0);
   }
 
-  find_forced();
+  forced.clear();
+  for (int i = 0; i < nlocal; i++)
+    if (atom->mask[i] & forced_bits) forced.push_back(i);
   build_surfaces();
   tables_built++;
   vector_step = -1;
@@ -987,11 +987,11 @@ double FixDefe::power_of_others() const
 }
 
 /* ----------------------------------------------------------------------
-   atoms that forces of other fixes act on: those in the groups of the fixes that change forces
-   after us, or all if there is one of which it is not known to keep to its group
+   groups that forces of other fixes act on: those of the fixes that change forces after us, or all
+   atoms if there is one of which it is not known to keep to its group
 ------------------------------------------------------------------------- */
 
-void FixDefe::find_forced()
+int FixDefe::groups_forced() const
 {
   int bits = 0;
   bool after = false;
@@ -1007,9 +1007,7 @@ void FixDefe::find_forced()
     });
     bits |= known ? ifix->groupbit : 1;    // bit 1 is group all
   }
-  forced.clear();
-  for (int i = 0; i < atom->nlocal; i++)
-    if (atom->mask[i] & bits) forced.push_back(i);
+  return bits;
 }
 
 /* ----------------------------------------------------------------------
@@ -1183,7 +1181,7 @@ void FixDefe::mark_elements()
         const double tau = p.shield_time;
         auto &list = h.extra->shields;
         for (size_t k = 0; k < list.size();)
-          if (time - list[k].time >= tau || list[k].time > time) {    // or the clock was set back
+          if (time - list[k].time >= tau) {
             list[k] = list.back();
             list.pop_back();
           } else

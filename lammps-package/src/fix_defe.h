@@ -256,7 +256,7 @@ class FixDefe : public Fix {
   bool reading = false;
   bigint nhex_header = 0;      // of the data file that is read
   bigint hexes_awaited = 0;    // announced by a header, section not met yet
-  tagint de_base = 0;          // DE k of element e has the ID de_base + 8 (e - 1) + k + 1
+  tagint de_base = 0;          // DEs have the IDs above, see de_tag()
   tagint last_element = 0;     // largest element ID of the mesh
   bigint hexes_total = 0, nodes_total = 0;
   bigint hexes_added = 0;    // to the mesh by this rank, since its topology was made
@@ -386,7 +386,8 @@ class FixDefe : public Fix {
   // ---- ledger ----
   std::vector<int> forced;           // owned atoms that other fixes may put forces on
   std::vector<double> f_internal;    // their forces before that
-  void find_forced();
+  int forced_bits = 0;               // groups of these atoms
+  int groups_forced() const;
   double external_power = 0.0;
   bool after_setup = false;
   double clock = 0.0;       // simulated time at the last step
@@ -434,6 +435,14 @@ class FixDefe : public Fix {
 
   int restart_maxsize = 0;    // of the record of any atom on any rank
   int local_of(tagint) const;
+  tagint de_tag(tagint element, int corner) const
+  {
+    return de_base + 8 * (element - 1) + corner + 1;
+  }
+  tagint last_de() const
+  {
+    return de_base + 8 * last_element;
+  }
   void require_hex_section();
   void update_maxexchange();
   int pack_record(int, double *) const;

@@ -167,7 +167,7 @@ void FixDefe::check_records(const char *when)
     if (!de[i]) continue;
     const DERecord &r = *de[i];
     const tagint me = atom->tag[i];
-    if (me != de_base + 8 * (r.element - 1) + r.corner + 1)
+    if (me != de_tag(r.element, r.corner))
       error->one(FLERR,
                  "Fix defe {} at step {}: DE {} of element {} has the atom ID {}: atom IDs were "
                  "changed (use delete_atoms with 'compress no')",
@@ -311,9 +311,8 @@ void FixDefe::account_for_deleted()
     mine[1] += de[i] ? 1 : 0;
     mine[2] += (!de[i] && nelem[i] > 0) ? 1 : 0;
     if (de[i] || nelem[i] > 0) mass += atom->rmass[i];
-    const bool renumbered = de[i]
-        ? atom->tag[i] != de_base + 8 * (de[i]->element - 1) + de[i]->corner + 1
-        : !hexes[i].empty() && hexes[i].front().node[0] != atom->tag[i];
+    const bool renumbered = de[i] ? atom->tag[i] != de_tag(de[i]->element, de[i]->corner)
+                                  : !hexes[i].empty() && hexes[i].front().node[0] != atom->tag[i];
     if (renumbered)
       error->one(
           FLERR,
@@ -343,7 +342,7 @@ void FixDefe::account_for_deleted()
         // behind an adhesive the DE may have come loose before it was deleted: nobody knows now
         if (h.nb[f] < 0 && !adhesive_of(h.nbpart[f], h.part))
           for (int k : defe::fe::hex_face[static_cast<int>(h.nbface[f])]) {
-            const tagint tag = de_base + 8 * (-h.nb[f] - 1) + k + 1;
+            const tagint tag = de_tag(-h.nb[f], k);
             letters.to_id(tag, {tag, h.id});
           }
   }

@@ -104,11 +104,11 @@ void FixDefe::convert_marked()
   const int nall = nlocal + atom->nghost;
 
   for (int i = 0; i < nlocal; i++)
-    if (!de[i] && atom->tag[i] > de_base && atom->tag[i] <= de_base + 8 * last_element)
+    if (!de[i] && atom->tag[i] > de_base && atom->tag[i] <= last_de())
       error->one(FLERR,
                  "Atom {} came during the run and has an ID that is kept for DEs ({} to {}): fixes "
                  "like deposit and pour cannot be used with elements that convert",
-                 atom->tag[i], de_base + 1, de_base + 8 * last_element);
+                 atom->tag[i], de_base + 1, last_de());
 
   ghost_positions();
   double **x = atom->x;
@@ -176,7 +176,7 @@ void FixDefe::convert_marked()
     for (auto &slot : r.slot)
       if (slot.kind == DefeJoint::TIE && now_gone.count(slot.other)) {
         slot.kind = DefeJoint::DE;
-        slot.other = de_base + 8 * (slot.other - 1) + slot.corner + 1;
+        slot.other = de_tag(slot.other, slot.corner);
       }
   }
 
@@ -256,7 +256,7 @@ void FixDefe::convert_marked()
       birth.de = eight[k];
       birth.part = h.part;
       birth.image = atom->image[(*o.idx)[0]];    // positions are in the frame of that node
-      birth.tag = de_base + 8 * (h.id - 1) + k + 1;
+      birth.tag = de_tag(h.id, k);
       memset(static_cast<void *>(&birth.record), 0, sizeof(DERecord));
       DERecord &r = birth.record;
       r.element = h.id;
@@ -276,7 +276,7 @@ void FixDefe::convert_marked()
         if (!defe::slot_is_outer(k, s)) {
           const int other = defe::fe::hex_edge_neighbor(k, s / 2);
           slot.kind = DefeJoint::DE;
-          slot.other = de_base + 8 * (h.id - 1) + other + 1;
+          slot.other = de_tag(h.id, other);
           slot.partner = static_cast<signed char>(s ^ 1);
           slot.corner = static_cast<signed char>(other);
           continue;
@@ -294,7 +294,7 @@ void FixDefe::convert_marked()
         if (nb < 0 || now_gone.count(nb)) {
           const tagint element = nb < 0 ? -nb : nb;
           slot.kind = DefeJoint::DE;
-          slot.other = de_base + 8 * (element - 1) + corner + 1;
+          slot.other = de_tag(element, corner);
         } else {
           slot.kind = DefeJoint::TIE;
           slot.other = nb;
