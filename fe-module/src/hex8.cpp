@@ -113,6 +113,14 @@ double max_diagonal(const HexCoords &X)
   return longest;
 }
 
+double max_face_diagonal(const HexCoords &X)
+{
+  double longest = 0.0;
+  for (const auto &n : hex_face)
+    for (int a = 0; a < 2; ++a) longest = std::max(longest, (X.col(n[a + 2]) - X.col(n[a])).norm());
+  return longest;
+}
+
 HexCheck check_hex(const HexCoords &X)
 {
   HexCheck check;

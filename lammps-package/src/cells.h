@@ -57,29 +57,63 @@ struct Cells {
     of(x, c);
     return index(c[0], c[1], c[2]);
   }
-  /// Every cell also gets what the cells within `far` of it hold.
-  template <class Merge>
-  void spread(std::vector<int> &value, int far, int nothing, Merge merge) const
+  /// Every cell also gets the bits of the cells within `far` of it.
+  void spread(std::vector<unsigned> &bits, int far) const
   {
     size_t stride = 1;
-    std::vector<int> line;
+    std::vector<unsigned> from;
     for (int d = 0; d < 3; d++) {
-      for (size_t slab = 0; slab < value.size(); slab += stride * n[d])
-        for (size_t start = slab; start < slab + stride; start++) {
-          line.resize(n[d]);
-          bool any = false;
-          for (int i = 0; i < n[d]; i++) {
-            line[i] = value[start + i * stride];
-            any = any || line[i] != nothing;
+      from = bits;
+      for (int shift = 1; shift <= far && shift < n[d]; shift++) {
+        const size_t off = shift * stride, count = stride * (n[d] - shift);
+        for (size_t slab = 0; slab < bits.size(); slab += stride * n[d])
+          for (size_t i = slab; i < slab + count; i++) {
+            bits[i] |= from[i + off];
+            bits[i + off] |= from[i];
           }
-          if (!any) continue;
-          for (int i = 0; i < n[d]; i++)
-            for (int j = std::max(i - far, 0); j <= std::min(i + far, n[d] - 1); j++)
-              merge(value[start + i * stride], line[j]);
-        }
+      }
       stride *= n[d];
     }
   }
+};
+
+/// Items with a position, double x[3], sorted by cells. Those within the size of a cell of a place are
+/// in the 27 cells around it, which are nine runs of items.
+template <class Item> class CellList {
+ public:
+  CellList(std::vector<Item> &&unsorted, double size)
+  {
+    for (const auto &item : unsorted) cells.add(item.x);
+    cells.divide(size);
+    start.assign(cells.count() + 1, 0);
+    std::vector<size_t> cell(unsorted.size());
+    for (size_t k = 0; k < unsorted.size(); k++) {
+      cell[k] = cells.of(unsorted[k].x);
+      start[cell[k] + 1]++;
+    }
+    for (size_t c = 0; c < cells.count(); c++) start[c + 1] += start[c];
+    items.resize(unsorted.size());
+    std::vector<int> next(start.begin(), start.end() - 1);
+    for (size_t k = 0; k < unsorted.size(); k++) items[next[cell[k]]++] = unsorted[k];
+  }
+  const std::vector<Item> &all() const { return items; }
+
+  /// f(first, last) for each run of indices into all().
+  template <class F> void runs_around(const double *x, F f) const
+  {
+    if (items.empty()) return;
+    int c[3];
+    cells.of(x, c);
+    const int x0 = std::max(c[0] - 1, 0), x1 = std::min(c[0] + 1, cells.n[0] - 1);
+    for (int k = std::max(c[2] - 1, 0); k <= std::min(c[2] + 1, cells.n[2] - 1); k++)
+      for (int j = std::max(c[1] - 1, 0); j <= std::min(c[1] + 1, cells.n[1] - 1); j++)
+        f(start[cells.index(x0, j, k)], start[cells.index(x1, j, k) + 1]);
+  }
+
+ private:
+  Cells cells;
+  std::vector<int> start;    // per cell, and the end
+  std::vector<Item> items;
 };
 
 }    // namespace LAMMPS_NS

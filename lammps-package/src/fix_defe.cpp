@@ -1475,7 +1475,7 @@ struct GlobalState {
   bigint des_total, hexes_total, conversions_total;
   tagint de_base, last_element;
   int start_done, hexes_per_node;
-  double dt_finite, dt_discrete, max_diagonal, first_conversion, first_damage;
+  double dt_finite, dt_discrete, max_diagonal, max_facet, first_conversion, first_damage;
   bigint nodes_total, des_gone, kept_step, kept_natoms;
   bigint step, events_written;
   int fe_every, fe_clock;
@@ -1533,6 +1533,7 @@ void FixDefe::write_restart(FILE *fp)
   g.dt_finite = dt_finite;
   g.dt_discrete = dt_discrete;
   g.max_diagonal = max_diagonal;
+  g.max_facet = max_facet;
   if (comm->me == 0) {
     const int nradius = static_cast<int>(de_radius_max.size());
     const int nparts = static_cast<int>(parts.size());
@@ -1621,6 +1622,7 @@ void FixDefe::restart(char *buf)
   dt_finite = g.dt_finite;
   dt_discrete = g.dt_discrete;
   max_diagonal = g.max_diagonal;
+  max_facet = g.max_facet;
   mesh_dirty = false;
   events_continued = true;    // go on with the file
 }

@@ -264,9 +264,9 @@ class FixDefe : public Fix {
   double max_step_length = 0.0;    // a quarter of the shortest edge
   bigint des_gone = 0;             // of this rank: left the box, as the user allowed
   double mass_gone = 0.0;
-  double dt_finite = 0.0, dt_discrete = 0.0;    // stable time steps, 0 = none
-  double max_diagonal = 0.0;
-  std::vector<double> de_radius_max;    // per type
+  double dt_finite = 0.0, dt_discrete = 0.0;     // stable time steps, 0 = none
+  double max_diagonal = 0.0, max_facet = 0.0;    // of elements and of their faces
+  std::vector<double> de_radius_max;             // per type
   bool start_done = false;
 
   // ---- a mesh that was just made or read ----

@@ -31,7 +31,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <map>
 #include <unordered_map>
+#include <utility>
 
 using namespace LAMMPS_NS;
 using defe::Vec3;
@@ -46,6 +49,19 @@ static constexpr double MAX_DEPTH = 0.35;
 
 // and this is more than the distance, in facet sizes, from which a point behind or beside it can be
 static constexpr double DEEPEST = MAX_DEPTH + 0.71 * EDGE_MARGIN;
+
+static double dist_sq(const double *a, const double *b)
+{
+  const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+  return x * x + y * y + z * z;
+}
+
+// largest distance from the middle of a facet to a point behind it, from the distance of its farthest
+// node, its size, and the deviation of its corners from a parallelogram
+static double farthest_behind(double extent, double size, double skew)
+{
+  return std::hypot((1.0 + EDGE_MARGIN) * extent + skew, MAX_DEPTH * size + skew);
+}
 
 // a ball whose diameter is not less than the facet's diagonal presses on its area
 static bool presses_on_area(double radius, double size)
@@ -77,9 +93,10 @@ void FixDefe::build_surfaces()
 
   struct Exposed {
     const HexPod *hex;
-    std::array<int, 8> idx;
+    const int *idx;
   };
   std::vector<Exposed> exposed;
+  std::deque<std::array<int, 8>> ghost_idx;
   const bool ghosts = comm->nprocs > 1 || domain->xperiodic || domain->yperiodic ||
       domain->zperiodic;
   for (auto &b : batches)
@@ -88,12 +105,9 @@ void FixDefe::build_surfaces()
       bool outside = false;
       for (tagint nb : h.nb) outside = outside || nb <= 0;
       if (!outside) continue;
-      exposed.push_back({&h, b.node[e]});
+      exposed.push_back({&h, b.node[e].data()});
       if (ghosts) surface_at[b.node[e][0]].push_back(h);
     }
-  std::stable_sort(exposed.begin(), exposed.end(), [](const Exposed &a, const Exposed &b) {
-    return a.idx[0] < b.idx[0];
-  });
   if (ghosts) {
     comm_mode = SURFACE;
     for (comm_round = 0; comm_round < hexes_per_node; comm_round++)
@@ -104,43 +118,61 @@ void FixDefe::build_surfaces()
     std::sort(anchors.begin(), anchors.end());
     for (int anchor : anchors)
       for (const auto &h : surface_at[anchor]) {
-        Exposed e;
-        e.hex = &h;
-        e.idx[0] = anchor;
+        std::array<int, 8> idx;
+        idx[0] = anchor;
         bool complete = true;
         for (int a = 1; a < 8 && complete; a++) {
           const int j = local_of(h.node[a]);
           complete = j >= 0;
           if (!complete) continue;
           // beside a ghost anchor the right image of a node may be missing: then this is another one
-          e.idx[a] = domain->closest_image(anchor, j);
+          idx[a] = domain->closest_image(anchor, j);
           double rsq = 0.0;
           for (int d = 0; d < 3; d++) {
-            const double del = xframe[e.idx[a]][d] - xframe[anchor][d];
+            const double del = xframe[idx[a]][d] - xframe[anchor][d];
             rsq += del * del;
           }
           complete = rsq < 1.01 * max_diagonal * max_diagonal;
         }
         // otherwise it is farther away than anything of mine can touch
-        if (complete) exposed.push_back(e);
+        if (!complete) continue;
+        ghost_idx.push_back(idx);
+        exposed.push_back({&h, ghost_idx.back().data()});
       }
   }
+
+  // their faces, as they are now
 
   struct Face {
     int hex, face;    // index into exposed, local number
     double centre[3];
+    double extent, skew;    // squared, see farthest_behind()
+    size_t cell;
   };
   std::vector<Face> faces;
+  faces.reserve(3 * exposed.size());
+  double **x = atom->x;
+  double extent_max = 0.0, skew_max = 0.0;
+  Cells space;
   for (size_t e = 0; e < exposed.size(); e++)
     for (int f = 0; f < 6; f++) {
       if (exposed[e].hex->nb[f] > 0) continue;
-      Face face{static_cast<int>(e), f, {0.0, 0.0, 0.0}};
-      for (int a : defe::fe::hex_face[f]) {
-        const double *x = atom->x[exposed[e].idx[a]];
-        for (int d = 0; d < 3; d++) face.centre[d] += 0.25 * x[d];
+      const double *p[4];
+      for (int a = 0; a < 4; a++) p[a] = x[exposed[e].idx[defe::fe::hex_face[f][a]]];
+      Face face{static_cast<int>(e), f, {0.0, 0.0, 0.0}, 0.0, 0.0, 0};
+      for (int d = 0; d < 3; d++) {
+        face.centre[d] = 0.25 * (p[0][d] + p[1][d] + p[2][d] + p[3][d]);
+        const double skew = 0.25 * (p[0][d] - p[1][d] + p[2][d] - p[3][d]);
+        face.skew += skew * skew;
       }
+      for (const double *q : p) face.extent = std::max(face.extent, dist_sq(q, face.centre));
+      extent_max = std::max(extent_max, face.extent);
+      skew_max = std::max(skew_max, face.skew);
+      space.add(face.centre);
       faces.push_back(face);
     }
+  extent_max = std::sqrt(extent_max);
+  skew_max = std::sqrt(skew_max);
 
   // which parts are where, in a grid: far from all others, and from DEs, there is nothing to do
   // A facet is needed if it can meet a point of another part, or belongs to a point that can meet a
@@ -157,226 +189,246 @@ void FixDefe::build_surfaces()
     else
       rmax = std::max(rmax, atom->radius[i]);
   }
-  const auto ball_is_near = [this](int ball, const double *centre, double size) {
-    const double far = atom->radius[ball] + 0.5 * size + neighbor->skin;
-    return (Vec3(atom->x[ball]) - Vec3(centre)).squaredNorm() < far * far;
+  const auto ball_is_near = [&](int ball, const double *centre, double extent) {
+    const double far = atom->radius[ball] + extent + neighbor->skin;
+    return dist_sq(x[ball], centre) < far * far;
   };
-  const double reach = max_diagonal * (0.5 + MAX_DEPTH + EDGE_MARGIN) + rmax + neighbor->skin;
-  const double range = reach + 0.5 * max_diagonal;
+  // of a point in front of a facet, or behind it
+  const double reach =
+      std::max(extent_max + rmax, farthest_behind(extent_max, max_facet, skew_max)) +
+      neighbor->skin;
+  const double range = reach + extent_max;
 
-  Cells space;
-  for (const auto &face : faces) space.add(face.centre);
-  for (int d = 0; d < jt.nde; d++) space.add(atom->x[jt.self[d]]);
-  for (int i : balls) space.add(atom->x[i]);
-  constexpr int NOBODY = -1, SEVERAL = -2;
-  const auto merge = [](int &a, int b) {
-    if (b == NOBODY || a == b) return;
-    a = (a == NOBODY) ? b : SEVERAL;
+  for (int d = 0; d < jt.nde; d++) space.add(x[jt.self[d]]);
+  for (int i : balls) space.add(x[i]);
+  // a bit for each part; parts beyond the last bit, DEs and balls are always several
+  constexpr unsigned SEVERAL = 3u << 30;
+  const auto bit = [](int part) {
+    return part < 30 ? 1u << part : SEVERAL;
   };
-  Cells around = space;
-  around.divide(0.5 * range);
-  std::vector<int> who(around.count(), NOBODY);
-  for (const auto &face : faces) merge(who[around.of(face.centre)], exposed[face.hex].hex->part);
-  for (int d = 0; d < jt.nde; d++) who[around.of(atom->x[jt.self[d]])] = SEVERAL;
-  for (int i : balls) who[around.of(atom->x[i])] = SEVERAL;
-  around.spread(who, 2, NOBODY, merge);
+  space.divide(0.5 * range);
+  std::vector<unsigned> who(space.count(), 0);
+  for (auto &face : faces) {
+    face.cell = space.of(face.centre);
+    who[face.cell] |= bit(exposed[face.hex].hex->part);
+  }
+  for (int d = 0; d < jt.nde; d++) who[space.of(x[jt.self[d]])] |= SEVERAL;
+  for (int i : balls) who[space.of(x[i])] |= SEVERAL;
+  space.spread(who, 2);
 
-  int last = -1;
-  double volume = 0.0;
-  HexCoords X;
+  std::vector<int> hex_of_facet;
+  std::vector<double> extent, behind;
   for (const auto &face : faces) {
-    const Exposed &e = exposed[face.hex];
-    const HexPod &h = *e.hex;
-    const int there = who[around.of(face.centre)];
-    if (there == NOBODY || there == h.part) {
+    const HexPod &h = *exposed[face.hex].hex;
+    const unsigned there = who[face.cell];
+    if ((there & (there - 1)) == 0) {    // one part only
       bool hit = false;
-      for (int i : large_balls) hit = hit || ball_is_near(i, face.centre, max_diagonal);
+      for (int i : large_balls) hit = hit || ball_is_near(i, face.centre, extent_max);
       if (!hit) continue;
     }
-    if (face.hex != last) {
-      for (int a = 0; a < 8; a++)
-        for (int k = 0; k < 3; k++) X(k, a) = xframe[e.idx[a]][k];
-      volume = defe::fe::volume(X);
-      last = face.hex;
-    }
-    const Material &m = material_of(parts[h.part]);
     Facet facet;
     facet.element = h.id;
     facet.face = face.face;
     facet.part = h.part;
     facet.outer = (h.nb[face.face] == 0);
-    facet.mine = (e.idx[0] < nlocal);
-    Vec3 P[4];
+    facet.mine = (exposed[face.hex].idx[0] < nlocal);
     for (int d = 0; d < 3; d++) facet.centre[d] = face.centre[d];
-    for (int k = 0; k < 4; k++) {
-      const int a = defe::fe::hex_face[face.face][k];
-      facet.node[k] = e.idx[a];
-      P[k] = X.col(a);
-    }
-    facet.area = defe::fe::face_area(P);
-    facet.size = std::max((P[2] - P[0]).norm(), (P[3] - P[1]).norm());
-    facet.k_area = m.rigid()
-        ? -1.0
-        : defe::penalty_stiffness_per_area(contact_factor, m.elastic().bulk(), facet.area, volume);
+    for (int k = 0; k < 4; k++)
+      facet.node[k] = exposed[face.hex].idx[defe::fe::hex_face[face.face][k]];
+    facet.size = std::sqrt(std::max(dist_sq(xframe[facet.node[2]], xframe[facet.node[0]]),
+                                    dist_sq(xframe[facet.node[3]], xframe[facet.node[1]])));
+    facet.area = 0.0;
+    facet.k_area = material_of(parts[h.part]).rigid() ? -1.0 : 0.0;
     facets.push_back(facet);
+    hex_of_facet.push_back(face.hex);
+    extent.push_back(std::sqrt(face.extent));
+    behind.push_back(farthest_behind(extent.back(), facet.size, std::sqrt(face.skew)));
   }
   facet_planes.resize(facets.size());
   for (auto &g : facet_planes) g.known = false;
+
+  // area and stiffness only of facets that are used
+
+  std::vector<double> volume(exposed.size(), 0.0);
+  const auto complete = [&](int k) {
+    Facet &f = facets[k];
+    if (f.area > 0.0) return;
+    const int *idx = exposed[hex_of_facet[k]].idx;
+    HexCoords X;
+    for (int a = 0; a < 8; a++)
+      for (int d = 0; d < 3; d++) X(d, a) = xframe[idx[a]][d];
+    Vec3 P[4];
+    for (int a = 0; a < 4; a++) P[a] = X.col(defe::fe::hex_face[f.face][a]);
+    f.area = defe::fe::face_area(P);
+    if (f.k_area < 0.0) return;
+    const double bulk = material_of(parts[f.part]).elastic().bulk();
+    double &v = volume[hex_of_facet[k]];
+    if (v == 0.0) v = defe::fe::volume(X);
+    f.k_area = defe::penalty_stiffness_per_area(contact_factor, bulk, f.area, v);
+  };
 
   for (size_t k = 0; k < facets.size() && !balls.empty(); k++) {
     const Facet &f = facets[k];
     if (!f.mine || f.k_area < 0.0) continue;    // a ball is rigid, too
     for (int i : balls)
-      if (presses_on_area(atom->radius[i], f.size) && ball_is_near(i, f.centre, f.size))
+      if (presses_on_area(atom->radius[i], f.size) && ball_is_near(i, f.centre, extent[k])) {
+        complete(static_cast<int>(k));
         ball_pairs.push_back({i, static_cast<int>(k)});
+      }
   }
 
-  // points: my nodes on outer faces, and my DEs
+  // points: my nodes on outer faces, my DEs, and small balls
 
   struct Point {
-    int atom;
-    int part = MAXSMALLINT;
-    double area = 0.0, k_sum = 0.0;
-    int k_count = 0;
-    double r = 0.0;
-    bool ball = false;
-    int first = 0, count = 0;    // its own facets, in `corners`
+    int atom, part;
+    double r;
+    bool ball;
   };
   std::vector<Point> points;
-  std::vector<std::pair<int, int>> corners;    // node, outer facet
-  {
-    for (size_t k = 0; k < facets.size(); k++)
-      if (facets[k].outer)
-        for (int i : facets[k].node)
-          if (i < nlocal) corners.emplace_back(i, static_cast<int>(k));
-    std::sort(corners.begin(), corners.end());
-    size_t kept = 0;
-    for (size_t k = 0; k < corners.size();) {
-      Point p;
-      p.atom = corners[k].first;
-      size_t end = k;
-      // a node that parts share belongs to the first of them
-      for (; end < corners.size() && corners[end].first == p.atom; end++)
-        p.part = MIN(p.part, facets[corners[end].second].part);
-      p.first = static_cast<int>(kept);
-      for (; k < end; k++) {
-        const Facet &f = facets[corners[k].second];
-        if (f.part != p.part) continue;
-        p.k_sum += f.k_area;
-        p.k_count++;
-        corners[kept++] = corners[k];
-      }
-      p.count = static_cast<int>(kept) - p.first;
-      points.push_back(p);
+  std::vector<int> part_of(nlocal, MAXSMALLINT);
+  for (const auto &f : facets) {
+    if (!f.outer) continue;
+    for (int i : f.node) {
+      if (i >= nlocal) continue;
+      if (part_of[i] == MAXSMALLINT) points.push_back({i, 0, 0.0, false});
+      part_of[i] = MIN(part_of[i], f.part);    // a node that parts share belongs to the first
     }
-    for (int d = 0; d < jt.nde; d++) {
-      const int i = jt.self[d];
-      Point p;
-      p.atom = i;
-      const DERecord &r = *jt.rec[d];
-      p.part = r.part;
-      const double edge = std::cbrt(r.volume);
-      p.area = edge * edge;
-      // as the face of the element had it: K A / V with the element's edge of twice the DE's
-      p.k_sum = defe::penalty_stiffness_per_area(contact_factor,
-                                                 material_of(parts[r.part]).elastic().bulk(),
-                                                 4.0 * edge * edge, 8.0 * edge * edge * edge);
-      p.k_count = 1;
-      p.r = atom->radius[i];
-      points.push_back(p);
-    }
-    for (int i : balls) {
-      if (i >= nlocal || presses_on_area(atom->radius[i], max_diagonal)) continue;
-      Point p;
-      p.atom = i;
-      p.part = -1;
-      p.ball = true;
-      p.r = atom->radius[i];
-      p.area = 4.0 * std::atan(1.0) * p.r * p.r;
-      p.k_sum = -1.0;    // rigid
-      p.k_count = 1;
-      points.push_back(p);
-    }
-    std::sort(points.begin(), points.end(), [](const Point &a, const Point &b) {
-      return a.atom < b.atom;
-    });
   }
+  for (auto &p : points) p.part = part_of[p.atom];
+  for (int d = 0; d < jt.nde; d++)
+    points.push_back({jt.self[d], jt.rec[d]->part, atom->radius[jt.self[d]], false});
+  for (int i : balls)
+    if (i < nlocal && !presses_on_area(atom->radius[i], max_diagonal))
+      points.push_back({i, -1, atom->radius[i], true});
   if (facets.empty() || points.empty()) return;
 
-  // facets in a grid of cells as large as the largest reach
+  // facets around each point, in cells as large as their reach: a grid per class of sizes
 
-  Cells grid = space;
-  grid.divide(reach);
-  std::vector<int> head(grid.count(), -1), next(facets.size());
-  for (int k = static_cast<int>(facets.size()) - 1; k >= 0; k--) {
-    int &first = head[grid.of(facets[k].centre)];
-    next[k] = first;
-    first = k;
+  struct Candidate {
+    double x[3];
+    double front, behind;    // largest distances of a point without radius
+    int part, facet;
+  };
+  struct SizeClass {
+    double reach = 0.0;
+    std::vector<Candidate> candidates;
+  };
+  std::map<int, SizeClass> classes;
+  for (size_t k = 0; k < facets.size(); k++) {
+    const Facet &f = facets[k];
+    const double mine = std::max(extent[k] + rmax, behind[k]) + neighbor->skin;
+    auto &c = classes[std::ilogb(mine / reach)];
+    c.reach = std::max(c.reach, mine);
+    c.candidates.push_back({{f.centre[0], f.centre[1], f.centre[2]},
+                            extent[k],
+                            behind[k],
+                            f.part,
+                            static_cast<int>(k)});
   }
+  std::vector<CellList<Candidate>> lists;
+  for (auto &c : classes) lists.emplace_back(std::move(c.second.candidates), c.second.reach);
 
   const bool born_loose = force->pair_match("defe/contact", 1) != nullptr;    // ties hold nothing
-  std::vector<int> near;
-  for (const Point &p : points) {
-    const int i = p.atom;
-    const double *x = atom->x[i];
-    int c[3];
-    grid.of(x, c);
-    near.clear();
-    for (int iz = MAX(c[2] - 1, 0); iz <= MIN(c[2] + 1, grid.n[2] - 1); iz++)
-      for (int iy = MAX(c[1] - 1, 0); iy <= MIN(c[1] + 1, grid.n[1] - 1); iy++)
-        for (int ix = MAX(c[0] - 1, 0); ix <= MIN(c[0] + 1, grid.n[0] - 1); ix++)
-          for (int k = head[grid.index(ix, iy, iz)]; k >= 0; k = next[k]) {
-            const Facet &f = facets[k];
-            const bool same = (f.part == p.part);
-            if (same && p.r == 0.0) continue;
-            double rsq = 0.0;
-            for (int d = 0; d < 3; d++) rsq += (x[d] - f.centre[d]) * (x[d] - f.centre[d]);
-            const double cut = f.size * (0.5 + MAX_DEPTH + EDGE_MARGIN) + p.r + neighbor->skin;
-            if (rsq > cut * cut) continue;
-            if (plane_of(k).distance(x) > std::max(p.r, DEEPEST * f.size) + neighbor->skin)
-              continue;
-            if (p.ball && presses_on_area(p.r, f.size)) continue;
-            if (f.k_area < 0.0 && (p.ball || material_of(parts[p.part]).rigid())) continue;
-            if (p.r > 0.0 && !p.ball) {
-              // a DE is tied to this element; if that cannot end, it need not be looked at again
-              bool for_good = false;
-              for (const auto &slot : jt.rec[jt.of_atom[i]]->slot)
-                for_good = for_good ||
-                    (slot.kind == DefeJoint::TIE && slot.other == f.element &&
-                     slot.state != DefeJoint::CONTACT && !adhesive_of(p.part, f.part));
-              if (for_good && !born_loose) continue;
-            }
-            near.push_back(k);
-          }
-    if (near.empty()) continue;
-    std::sort(near.begin(), near.end(), [this](int a, int b) {
-      const Facet &fa = facets[a], &fb = facets[b];
-      if (fa.part != fb.part) return fa.part < fb.part;
-      return fa.element != fb.element ? fa.element < fb.element : fa.face < fb.face;
-    });
-    const int own = static_cast<int>(own_facets.size());
-    for (int k = p.first; k < p.first + p.count; k++) own_facets.push_back(corners[k].second);
-    for (size_t k = 0; k < near.size();) {
-      ContactPair cp;
-      cp.point = i;
-      cp.own = own;
-      cp.nown = p.count;
-      cp.area = p.area;
-      cp.part = facets[near[k]].part;
+  std::vector<std::pair<int, int>> near;                                      // point, facet
+  for (size_t n = 0; n < points.size(); n++) {
+    const Point &p = points[n];
+    const double *xp = x[p.atom];
+    const bool is_node = p.r == 0.0, de_point = !is_node && !p.ball;
+    const bool rigid = !p.ball && material_of(parts[p.part]).rigid();
+    for (const auto &list : lists)
+      list.runs_around(xp, [&](int first, int last) {
+        for (int c = first; c < last; c++) {
+          const Candidate &f = list.all()[c];
+          const bool same = (f.part == p.part);
+          if (same && is_node) continue;
+          // nothing of its own part gets behind a face
+          const double cut =
+              (same ? f.front + p.r : std::max(f.front + p.r, f.behind)) + neighbor->skin;
+          if (dist_sq(xp, f.x) > cut * cut) continue;
+          const Facet &facet = facets[f.facet];
+          const double deep = same ? p.r : std::max(p.r, DEEPEST * facet.size);
+          if (plane_of(f.facet).distance(xp) > deep + neighbor->skin) continue;
+          if (p.ball && presses_on_area(p.r, facet.size)) continue;
+          if (facet.k_area < 0.0 && (p.ball || rigid)) continue;
+          // a DE is tied to this element; if that cannot end, it need not be looked at again
+          if (de_point && !born_loose && !adhesive_of(p.part, f.part) &&
+              tied(p.atom, facet.element))
+            continue;
+          near.emplace_back(static_cast<int>(n), f.facet);
+        }
+      });
+  }
+
+  // in an order that no list of atoms or facets has made; pairs of a point with each part
+
+  std::sort(near.begin(), near.end(), [&](const auto &a, const auto &b) {
+    if (a.first != b.first) return points[a.first].atom < points[b.first].atom;
+    const Facet &fa = facets[a.second], &fb = facets[b.second];
+    if (fa.part != fb.part) return fa.part < fb.part;
+    return fa.element != fb.element ? fa.element < fb.element : fa.face < fb.face;
+  });
+  // the outer facets of the nodes among them
+  std::vector<std::pair<int, int>> corners;
+  for (const auto &n : near)
+    if (points[n.first].r == 0.0) part_of[points[n.first].atom] = -1;
+  for (size_t k = 0; k < facets.size(); k++)
+    if (facets[k].outer)
+      for (int i : facets[k].node)
+        if (i < nlocal && part_of[i] == -1) corners.emplace_back(i, static_cast<int>(k));
+  std::sort(corners.begin(), corners.end(), [&](const auto &a, const auto &b) {
+    if (a.first != b.first) return a.first < b.first;
+    const Facet &fa = facets[a.second], &fb = facets[b.second];
+    return fa.element != fb.element ? fa.element < fb.element : fa.face < fb.face;
+  });
+
+  size_t corner = 0;
+  for (size_t k = 0; k < near.size();) {
+    const int n = near[k].first;
+    const Point &p = points[n];
+    ContactPair cp;
+    cp.point = p.atom;
+    cp.own = static_cast<int>(own_facets.size());
+    cp.area = 0.0;
+    cp.k_own = -1.0;    // a ball is rigid
+    cp.ball = p.ball;
+    // nodes are met a second time, by the nodes of the other side against their facets
+    cp.weight = p.r > 0.0 ? 1.0 : 0.5;
+    if (p.ball)
+      cp.area = 4.0 * std::atan(1.0) * p.r * p.r;
+    else if (p.r > 0.0) {
+      const double edge = std::cbrt(jt.rec[jt.of_atom[p.atom]]->volume);
+      cp.area = edge * edge;
+      // as the face of the element had it: K A / V with the element's edge of twice the DE's
+      cp.k_own = defe::penalty_stiffness_per_area(contact_factor,
+                                                  material_of(parts[p.part]).elastic().bulk(),
+                                                  4.0 * edge * edge, 8.0 * edge * edge * edge);
+    } else {
+      double sum = 0.0;
+      while (corner < corners.size() && corners[corner].first < p.atom) corner++;
+      for (; corner < corners.size() && corners[corner].first == p.atom; corner++) {
+        const int own = corners[corner].second;
+        if (facets[own].part != p.part) continue;
+        complete(own);
+        sum += facets[own].k_area;
+        own_facets.push_back(own);
+      }
+      cp.k_own = sum / (static_cast<int>(own_facets.size()) - cp.own);
+    }
+    cp.nown = static_cast<int>(own_facets.size()) - cp.own;
+    while (k < near.size() && near[k].first == n) {
+      cp.part = facets[near[k].second].part;
       cp.same = (cp.part == p.part);
       cp.first = static_cast<int>(contact_facets.size());
       cp.r = p.r;
-      cp.ball = p.ball;
       // spheres of flat cells reach through the face that they were tied to from the start
       if (p.r > 0.0 && !p.ball)
-        for (const auto &slot : jt.rec[jt.of_atom[i]]->slot)
+        for (const auto &slot : jt.rec[jt.of_atom[p.atom]]->slot)
           if (slot.kind == DefeJoint::TIE && slot.part == cp.part)
             cp.r = std::min(cp.r, Vec3(slot.face).dot(Vec3(slot.normal)));
-      cp.k_own = p.k_sum / p.k_count;
-      // nodes are met a second time, by the nodes of the other side against their facets
-      cp.weight = p.r > 0.0 ? 1.0 : 0.5;
-      for (; k < near.size() && facets[near[k]].part == cp.part; k++)
-        contact_facets.push_back(near[k]);
+      for (; k < near.size() && near[k].first == n && facets[near[k].second].part == cp.part; k++) {
+        complete(near[k].second);
+        contact_facets.push_back(near[k].second);
+      }
       cp.count = static_cast<int>(contact_facets.size()) - cp.first;
       contact_pairs.push_back(cp);
     }

@@ -221,7 +221,7 @@ void FixDefe::mesh_shapes(Mesh &mesh)
 {
   const int n = static_cast<int>(mesh.hex.size());
   mesh.mass.resize(n);
-  double dt = 1.0e300, diagonal = 0.0, shortest = 1.0e300;
+  double dt = 1.0e300, diagonal = 0.0, facet = 0.0, shortest = 1.0e300;
   bigint suspicious = 0;
   std::vector<double> radius(atom->ntypes + 1, 0.0);
   std::vector<double> size_sum(2 * parts.size(), 0.0);
@@ -289,6 +289,7 @@ void FixDefe::mesh_shapes(Mesh &mesh)
       const Material &m = material_of(p);
       mass = m.elastic().rho * volume;
       diagonal = MAX(diagonal, defe::fe::max_diagonal(X));
+      facet = MAX(facet, defe::fe::max_face_diagonal(X));
       for (int a = 0; a < 8; a++)
         for (int axis = 0; axis < 3; axis++)
           shortest = MIN(shortest, (X.col(defe::fe::hex_edge_neighbor(a, axis)) - X.col(a)).norm());
@@ -331,6 +332,7 @@ void FixDefe::mesh_shapes(Mesh &mesh)
   if (dt_finite >= 1.0e300) dt_finite = 0.0;
   if (dt_discrete >= 1.0e300) dt_discrete = 0.0;
   MPI_Allreduce(&diagonal, &max_diagonal, 1, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(&facet, &max_facet, 1, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(&shortest, &max_step_length, 1, MPI_DOUBLE, MPI_MIN, world);
   max_step_length *= 0.25;
   MPI_Allreduce(radius.data(), de_radius_max.data(), static_cast<int>(radius.size()), MPI_DOUBLE,

@@ -909,24 +909,19 @@ void PairDefeJoint::update_candidates()
     candidates.push_back({i, j});
   };
 
-  Cells cells;
-  for (int i : small) cells.add(x[i]);
-  cells.divide(2.0 * largest + skin);
-  std::vector<int> head(cells.count(), -1), next(small.size());
-  for (size_t k = 0; k < small.size(); k++) {
-    int &first = head[cells.of(x[small[k]])];
-    next[k] = first;
-    first = static_cast<int>(k);
-  }
-  for (size_t k = 0; k < small.size(); k++) {
-    int c[3];
-    cells.of(x[small[k]], c);
-    for (int cz = MAX(c[2] - 1, 0); cz <= MIN(c[2] + 1, cells.n[2] - 1); cz++)
-      for (int cy = MAX(c[1] - 1, 0); cy <= MIN(c[1] + 1, cells.n[1] - 1); cy++)
-        for (int cx = MAX(c[0] - 1, 0); cx <= MIN(c[0] + 1, cells.n[0] - 1); cx++)
-          for (int m = head[cells.index(cx, cy, cz)]; m > static_cast<int>(k); m = next[m])
-            consider(small[k], small[m]);
-  }
+  struct Sphere {
+    double x[3];
+    int atom;
+  };
+  std::vector<Sphere> spheres;
+  spheres.reserve(small.size());
+  for (int i : small) spheres.push_back({{x[i][0], x[i][1], x[i][2]}, i});
+  const CellList<Sphere> list(std::move(spheres), 2.0 * largest + skin);
+  for (int a = 0; a < static_cast<int>(list.all().size()); a++)
+    list.runs_around(list.all()[a].x, [&](int first, int last) {
+      for (int b = MAX(first, a + 1); b < last; b++)
+        consider(list.all()[a].atom, list.all()[b].atom);
+    });
   for (size_t a = 0; a < large.size(); a++)
     for (int i : small) consider(large[a], i);
 }

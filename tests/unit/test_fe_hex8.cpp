@@ -135,6 +135,7 @@ TEST(Lengths, OfABox)
   const HexCoords X = box(3.0, 2.0, 6.0);
   EXPECT_NEAR(characteristic_length(X), 2.0, 1e-14);
   EXPECT_NEAR(max_diagonal(X), 7.0, 1e-14);
+  EXPECT_NEAR(max_face_diagonal(X), std::sqrt(45.0), 1e-14);
 }
 
 TEST(Lengths, AreaOfPlaneAndWarpedFaces)

@@ -10,7 +10,7 @@ using namespace defe::test;
 
 TEST(Endurance, HundredThousandConversions)
 {
-  shatter(48, 100, 1e5);
+  shatter(52, 100, 1e5);
 }
 
 TEST(Endurance, MillionSteps)

@@ -40,6 +40,9 @@ double characteristic_length(const HexCoords &X);
 /// Longest distance between any two nodes.
 double max_diagonal(const HexCoords &X);
 
+/// Longest diagonal of a face.
+double max_face_diagonal(const HexCoords &X);
+
 struct HexCheck {
   enum Verdict {
     good,          ///< positive Jacobian everywhere that matters
