@@ -568,10 +568,16 @@ void FixDefe::pre_neighbor()
     for (int k = 0; k < 3; k++) xframe[i][k] = xref[i][k];
     domain->unmap_inv(xframe[i], atom->image[i]);
   }
-  is_de.assign(nall, 0);
-  for (int i = 0; i < nlocal; i++) is_de[i] = de[i] ? 1 : 0;
+  outer_reach.assign(nall, 0.0);
+  outer_length.assign(nall, 0.0);
+  for (int i = 0; i < nlocal; i++) {
+    if (!de[i]) continue;
+    const OuterFace face = outer_face(*de[i]);
+    outer_reach[i] = face.distance;
+    outer_length[i] = 0.5 * face.area * face.area / de[i]->volume;
+  }
   comm_mode = FRAME;
-  comm->forward_comm(this, 4);
+  comm->forward_comm(this, 5);
 
   // elements, in batches of one kernel
 
@@ -671,7 +677,7 @@ void FixDefe::pre_neighbor()
         jt.rec.push_back(de[c.first].get());
       }
     for (int i = nlocal; i < nall; i++)
-      if (is_de[i]) {
+      if (outer_reach[i] > 0.0) {
         jt.of_atom[i] = static_cast<int>(jt.self.size());
         jt.self.push_back(i);
       }
@@ -1643,7 +1649,8 @@ int FixDefe::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int 
   if (comm_mode == FRAME) {
     for (int ii = 0; ii < n; ii++) {
       for (int k = 0; k < 3; k++) buf[m++] = xframe[list[ii]][k] + shift[k];
-      buf[m++] = is_de[list[ii]];
+      buf[m++] = outer_reach[list[ii]];
+      buf[m++] = outer_length[list[ii]];
     }
   } else if (comm_mode == POSVEL) {
     for (int ii = 0; ii < n; ii++) {
@@ -1681,7 +1688,8 @@ void FixDefe::unpack_forward_comm(int n, int first, double *buf)
   if (comm_mode == FRAME) {
     for (int i = first; i < last; i++) {
       for (int k = 0; k < 3; k++) xframe[i][k] = buf[m++];
-      is_de[i] = buf[m++] != 0.0;
+      outer_reach[i] = buf[m++];
+      outer_length[i] = buf[m++];
     }
   } else if (comm_mode == POSVEL) {
     for (int i = first; i < last; i++) {

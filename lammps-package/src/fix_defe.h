@@ -136,9 +136,12 @@ class FixDefe : public Fix {
   void build_topology();
 
   double largest_element() const { return max_diagonal; }
+  /** Distance from the centre at which a sphere begins, for spheres that are not bonded to it and
+      facets of other parts: of a DE its outer face, of others their radius. Owned and ghost. */
+  double reach_of(int i) const;
   /** Stiffness of a ball against a DE (N/m): that of the same area of its element, so that a contact
       does not change at a conversion. 0 if there is no contact of surfaces. */
-  double ball_stiffness(int part, double de_radius) const;
+  double ball_stiffness(int part, int i) const;
   double max_de_radius(int type) const;    // largest DE of that type that can ever be born
   bigint des_total = 0;                    // on all ranks
 
@@ -251,7 +254,13 @@ class FixDefe : public Fix {
   std::vector<std::unique_ptr<AtomTouch>> touch;    // contacts at the last step
   int hexes_per_node = 1;    // largest number of elements with one first node, on any rank
 
-  std::vector<char> is_de;    // owned and ghost
+  // DEs seen from outside, owned and ghost, 0 for other atoms: distance of their outer face, and its
+  // A^2/2V, which times f_s K is a penalty stiffness
+  std::vector<double> outer_reach, outer_length;
+  struct OuterFace {
+    double distance, area;
+  };
+  OuterFace outer_face(const DERecord &) const;
   bool mesh_dirty = false;
   bool reading = false;
   bigint nhex_header = 0;      // of the data file that is read

@@ -179,7 +179,7 @@ void FixDefe::build_surfaces()
   // facet of another part: either way the centres of two facets are within `range`.
 
   double rmax = 0.0;
-  for (int d = 0; d < jt.nde; d++) rmax = std::max(rmax, atom->radius[jt.self[d]]);
+  for (int d = 0; d < jt.nde; d++) rmax = std::max(rmax, outer_reach[jt.self[d]]);
   std::vector<int> balls, large_balls;
   for (int i = 0; i < nlocal + atom->nghost; i++) {
     if (!is_ball(i)) continue;
@@ -296,7 +296,7 @@ void FixDefe::build_surfaces()
   }
   for (auto &p : points) p.part = part_of[p.atom];
   for (int d = 0; d < jt.nde; d++)
-    points.push_back({jt.self[d], jt.rec[d]->part, atom->radius[jt.self[d]], false});
+    points.push_back({jt.self[d], jt.rec[d]->part, outer_reach[jt.self[d]], false});
   for (int i : balls)
     if (i < nlocal && !presses_on_area(atom->radius[i], max_diagonal))
       points.push_back({i, -1, atom->radius[i], true});
@@ -396,12 +396,12 @@ void FixDefe::build_surfaces()
     if (p.ball)
       cp.area = 4.0 * std::atan(1.0) * p.r * p.r;
     else if (p.r > 0.0) {
-      const double edge = std::cbrt(jt.rec[jt.of_atom[p.atom]]->volume);
-      cp.area = edge * edge;
-      // as the face of the element had it: K A / V with the element's edge of twice the DE's
+      // as the face of the element had it: K A / V, four and eight times that of the DE
+      const DERecord &r = *jt.rec[jt.of_atom[p.atom]];
+      cp.area = outer_face(r).area;
       cp.k_own = defe::penalty_stiffness_per_area(contact_factor,
                                                   material_of(parts[p.part]).elastic().bulk(),
-                                                  4.0 * edge * edge, 8.0 * edge * edge * edge);
+                                                  4.0 * cp.area, 8.0 * r.volume);
     } else {
       double sum = 0.0;
       while (corner < corners.size() && corners[corner].first < p.atom) corner++;
@@ -419,7 +419,8 @@ void FixDefe::build_surfaces()
       cp.part = facets[near[k].second].part;
       cp.same = (cp.part == p.part);
       cp.first = static_cast<int>(contact_facets.size());
-      cp.r = p.r;
+      // against its own part a DE is a sphere: those of tall cells reach beyond it only outwards
+      cp.r = cp.same ? std::min(p.r, atom->radius[p.atom]) : p.r;
       // spheres of flat cells reach through the face that they were tied to from the start
       if (p.r > 0.0 && !p.ball)
         for (const auto &slot : jt.rec[jt.of_atom[p.atom]]->slot)
@@ -499,16 +500,34 @@ double FixDefe::facing_area(const ContactPair &cp, const Vec3 &normal)
 
 bool FixDefe::is_ball(int i) const
 {
-  return atom->radius[i] > 0.0 && !is_de[i];
+  return atom->radius[i] > 0.0 && outer_reach[i] == 0.0;
 }
 
-double FixDefe::ball_stiffness(int part, double de_radius) const
+double FixDefe::reach_of(int i) const
 {
-  if (!(contact_factor > 0.0)) return 0.0;
-  const double d = 2.0 * de_radius;
-  return d * d *
-      defe::penalty_stiffness_per_area(contact_factor, material_of(parts[part]).elastic().bulk(),
-                                       4.0 * d * d, 8.0 * d * d * d);
+  return outer_reach[i] > 0.0 ? outer_reach[i] : atom->radius[i];
+}
+
+double FixDefe::ball_stiffness(int part, int i) const
+{
+  return contact_factor * material_of(parts[part]).elastic().bulk() * outer_length[i];
+}
+
+/* ----------------------------------------------------------------------
+   where a DE ends: at the nearest of its faces that were free from the start, so that spheres of
+   flat cells do not stand out of the surface that others touch; else at its radius
+------------------------------------------------------------------------- */
+
+FixDefe::OuterFace FixDefe::outer_face(const DERecord &r) const
+{
+  const double edge = std::cbrt(r.volume);
+  OuterFace face{0.0, 0.0};
+  for (const auto &slot : r.slot) {
+    if (slot.kind != DefeJoint::NONE) continue;
+    const double distance = Vec3(slot.face).dot(Vec3(slot.normal));
+    if (face.distance == 0.0 || distance < face.distance) face = {distance, slot.area};
+  }
+  return face.distance > 0.0 ? face : OuterFace{0.5 * edge, edge * edge};
 }
 
 /* ----------------------------------------------------------------------

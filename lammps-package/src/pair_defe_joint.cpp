@@ -885,7 +885,7 @@ void PairDefeJoint::update_candidates()
 
   std::vector<int> small(jt.self), large;
   double largest = 0.0;
-  for (int i : small) largest = MAX(largest, radius[i]);
+  for (int i : small) largest = MAX(largest, MAX(radius[i], fix->reach_of(i)));
   const double limit = 4.0 * largest;
   for (int i = 0; i < nall; i++) {
     if (radius[i] == 0.0 || (!jt.of_atom.empty() && jt.of_atom[i] >= 0)) continue;
@@ -899,12 +899,14 @@ void PairDefeJoint::update_candidates()
     if (i >= nlocal) std::swap(i, j);
     if (i >= nlocal) return;
     if (j < nlocal && j < i) std::swap(i, j);
-    const double reach = radius[i] + radius[j] + skin;
+    const int di = jt.of_atom[i], dj = jt.of_atom[j];
+    if (di < 0 && dj < 0) return;
+    const bool with_ball = di < 0 || dj < 0;
+    const double reach =
+        (with_ball ? fix->reach_of(i) + fix->reach_of(j) : radius[i] + radius[j]) + skin;
     double rsq = 0.0;
     for (int k = 0; k < 3; k++) rsq += (x[i][k] - x[j][k]) * (x[i][k] - x[j][k]);
     if (rsq >= reach * reach) return;
-    const int di = jt.of_atom[i], dj = jt.of_atom[j];
-    if (di < 0 && dj < 0) return;
     if (di >= 0 && joined(di, atom->tag[j])) return;
     candidates.push_back({i, j});
   };
@@ -972,13 +974,16 @@ void PairDefeJoint::contact_forces()
     const bool whole = j < nlocal;    // else the other half belongs to the other owner
     const double del[3] = {x[i][0] - x[j][0], x[i][1] - x[j][1], x[i][2] - x[j][2]};
     const double rsq = del[0] * del[0] + del[1] * del[1] + del[2] * del[2];
-    double reach = radius[i] + radius[j];
+    const int di = jt.of_atom[i], dj = jt.of_atom[j];
+    const bool with_ball = di < 0 || dj < 0;
+    const double ri = with_ball ? fix->reach_of(i) : radius[i];
+    const double rj = with_ball ? fix->reach_of(j) : radius[j];
+    double reach = ri + rj;
     bool apart = rsq >= reach * reach;
 
     // spheres of flat cells overlap from the start: contact begins at the reference distance
 
-    const int di = jt.of_atom[i], dj = jt.of_atom[j];
-    if (!apart && di >= 0 && dj >= 0) {
+    if (!apart && !with_ball) {
       const double *Xi = fix->x_frame(i), *Xj = fix->x_frame(j);
       double ref = 0.0;
       for (int k = 0; k < 3; k++) ref += (Xi[k] - Xj[k]) * (Xi[k] - Xj[k]);
@@ -997,7 +1002,7 @@ void PairDefeJoint::contact_forces()
       if (d < 0) continue;
       // a ghost's part is known by its type
       const int part = d < jt.nde ? jt.material[d] : part_of_type(type[jt.self[d]]);
-      if (di < 0 || dj < 0) ball = fix->ball_stiffness(part, radius[jt.self[d]]);
+      if (with_ball) ball = fix->ball_stiffness(part, jt.self[d]);
       if (E == 0.0 || young[part] < E) {
         E = young[part];
         nu = 0.5 * table[part].lambda / (table[part].lambda + table[part].mu);
@@ -1012,7 +1017,7 @@ void PairDefeJoint::contact_forces()
     auto r = defe::sphere_contact(
         Vec3(del[0], del[1], del[2]), Vec3(v[i][0] - v[j][0], v[i][1] - v[j][1], v[i][2] - v[j][2]),
         Vec3(omega[i][0], omega[i][1], omega[i][2]), Vec3(omega[j][0], omega[j][1], omega[j][2]),
-        radius[i], radius[j], reach, rmass[i] * rmass[j] / (rmass[i] + rmass[j]), dt, history, par);
+        ri, rj, reach, rmass[i] * rmass[j] / (rmass[i] + rmass[j]), dt, history, par);
     // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
     if (update->setupflag)
       r.stored += 0.5 * par.kt * (Vec3(shear).squaredNorm() - history.squaredNorm());

@@ -12,6 +12,7 @@ namespace defe::test {
 struct Block {
   int n[3] = {4, 3, 2};
   double h = 2e-3;
+  double flat = 1.0;    // height of the elements along z by h
   double lo[3] = {0.0, 0.0, 0.0};
   double box_lo[3] = {-0.02, -0.02, -0.02};
   double box_hi[3] = {0.03, 0.03, 0.03};
@@ -29,14 +30,14 @@ struct Block {
   int elements() const { return n[0] * n[1] * n[2]; }
   int nodes() const { return (n[0] + 1) * (n[1] + 1) * (n[2] + 1); }
   double mass() const { return elements() * element_mass(); }
-  double element_mass() const { return rho * h * h * h; }
+  double element_mass() const { return rho * h * h * h * flat; }
   Vec3 centre() const
   {
-    return Vec3(lo[0] + 0.5 * n[0] * h, lo[1] + 0.5 * n[1] * h, lo[2] + 0.5 * n[2] * h);
+    return Vec3(lo[0] + 0.5 * n[0] * h, lo[1] + 0.5 * n[1] * h, lo[2] + 0.5 * n[2] * h * flat);
   }
   Vec3 element_centre(int i, int j, int k) const
   {
-    return Vec3(lo[0] + (i + 0.5) * h, lo[1] + (j + 0.5) * h, lo[2] + (k + 0.5) * h);
+    return Vec3(lo[0] + (i + 0.5) * h, lo[1] + (j + 0.5) * h, lo[2] + (k + 0.5) * h * flat);
   }
 
   std::string header() const
@@ -72,7 +73,7 @@ struct Block {
     std::string s = "create_hexes fe glass 1";
     for (int k = 0; k < 3; k++)
       s += std::string(" ") + "xyz"[k] + " " + number(lo[k]) + " " + std::to_string(n[k]) + " " +
-          number(lo[k] + n[k] * h);
+          number(lo[k] + n[k] * h * (k == 2 ? flat : 1.0));
     return s + "\n";
   }
 

@@ -22,10 +22,12 @@ struct Hit {
   std::string convert = "1e12 type 2 group particles";
   std::string factor = "0.2";
   double dt = 5e-8;
+  double flat = 1.0;
 
   Block block() const
   {
     Block b;
+    b.flat = flat;
     b.n[0] = b.n[1] = 4;
     b.n[2] = 2;
     b.dt = dt;
@@ -47,7 +49,7 @@ struct Hit {
     const Block b = block();
     std::string box = b.box();
     box.replace(box.find("create_box 2"), 12, "create_box 3");
-    const Vec3 c = at + Vec3(0.0, 0.0, 2.0 * h + radius + 1e-7);
+    const Vec3 c = at + Vec3(0.0, 0.0, 2.0 * h * flat + radius + 1e-7);
     lmp.commands(b.header() + box + b.fix() + b.mesh() + "create_atoms 3 single " + number(c[0]) +
                  " " + number(c[1]) + " " + number(c[2]) + "\nset type 3 diameter " +
                  number(2.0 * radius) + " density 7800\n" + motion() + "velocity ball set " +
@@ -136,12 +138,16 @@ TEST(Ball, ObliqueWithFriction)
   }
 }
 
-// DEs give the ball the same push as the elements that they were
+// DEs give the ball the same push as the elements that they were, those of flat and of tall cells, too
 TEST(Ball, HitsDiscreteBlock)
 {
-  for (double radius : {5e-3, 2e-3}) {
+  for (const auto &[radius, flat] :
+       {std::pair(5e-3, 1.0), {2e-3, 1.0}, {5e-3, 0.5}, {5e-3, 0.75}, {5e-3, 1.5}}) {
+    SCOPED_TRACE(flat);
     Hit hit;
     hit.radius = radius;
+    hit.flat = flat;
+    hit.dt = flat < 1.0 ? 2.5e-8 : 5e-8;
     const auto finite = bounce(hit, 1500);
     hit.convert += " start all";
     const auto discrete = bounce(hit, 1500);
@@ -156,6 +162,35 @@ TEST(Ball, HitsDiscreteBlock)
     EXPECT_NEAR(sum(discrete) / sum(finite), 1.0, 0.05);
     EXPECT_NEAR(most(discrete) / most(finite), 1.0, 0.1);
     EXPECT_NEAR(lasts(discrete) / lasts(finite), 1.0, 0.1);
+  }
+}
+
+// Elements convert while the ball presses on them: the account goes on without a jump.
+TEST(Ball, ElementsConvertUnderIt)
+{
+  for (double flat : {1.0, 0.75, 0.5, 1.5}) {
+    SCOPED_TRACE(flat);
+    Hit hit;
+    hit.flat = flat;
+    hit.at = Vec3(4e-3, 4e-3, 0.0);
+    hit.radius = 10e-3;
+    hit.velocity = Vec3(0.0, 0.0, -4.0);
+    hit.convert = (flat > 1.0 ? "2e6" : "4e6") + std::string(" type 2 group particles");
+    hit.dt = 2e-8;
+    Lammps lmp;
+    hit.start(lmp);
+    const double energy0 = 0.5 * hit.mass() * hit.velocity.squaredNorm();
+    lmp.record({"f_fe[22]", "f_fe[2]", "f_fe[13]"}, 1);
+    lmp.run(1000);
+    const auto energy = lmp.recorded(0), converted = lmp.recorded(1), pressed = lmp.recorded(2);
+    double rise = 0.0, stored = 0.0;
+    for (size_t k = 1; k < energy.size(); k++) {
+      rise = std::max(rise, energy[k] - energy[0]);
+      if (converted[k] > converted[k - 1]) stored = std::max(stored, pressed[k - 1]);
+    }
+    EXPECT_GE(converted.back(), 4.0);
+    EXPECT_GT(stored, 2e-3 * energy0) << "a poor example: it did not press";
+    EXPECT_LT(rise, 1e-3 * energy0);
   }
 }
 
