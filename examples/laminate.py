@@ -1,40 +1,26 @@
 """Reads what a run of a laminated example wrote, and finds out what still holds together.
 
-Used by the analyse.py of laminated_beam and laminated_plate.
+Used by the analyse.py of laminated_beam, laminated_plate and curved_pane.
 """
 
-import json
+import math
 import re
 import sys
 
 import numpy as np
 
+import results
+
 # ---- files --------------------------------------------------------------------------------------
 
 
 def read_log(path):
-    """Loop time, ranks, steps over all pieces of the run, number of nodes, the last line of thermo output."""
-    text = path.read_text()
-    loops = re.findall(r"^Loop time of (\S+) on (\d+) procs for (\d+) steps", text, re.M)
-    nodes = re.findall(r"^Nodes: (\d+)", text, re.M)
-    if not loops or not nodes:
-        sys.exit(f"no finished run in {path}")
-    columns, last = [], {}
-    for line in text.splitlines():
-        words = line.split()
-        if words[:1] == ["Step"]:
-            columns = words
-        elif columns and len(words) == len(columns) and words[0].isdigit():
-            last = dict(zip(columns, map(float, words)))
-    return {"loop_seconds": round(sum(float(l[0]) for l in loops), 3), "ranks": int(loops[0][1]),
-            "steps": sum(int(l[2]) for l in loops), "nodes": int(nodes[0]), "last": last}
-
-
-def read_energies(path):
-    lines = path.read_text().splitlines()
-    names = lines[1].lstrip("# ").split()
-    table = np.array([[float(w) for w in line.split()] for line in lines[2:]], ndmin=2)
-    return {name: table[:, k] for k, name in enumerate(names)}
+    """As results.read_log(), with the number of nodes and the last line of thermo output."""
+    log = results.read_log(path)
+    nodes = re.findall(r"^Nodes: (\d+)", log["text"], re.M)
+    if not nodes:
+        sys.exit(f"no number of nodes in {path}")
+    return {**log, "nodes": int(nodes[0]), "last": {name: column[-1] for name, column in log["thermo"].items()}}
 
 
 def read_mesh(path):
@@ -61,10 +47,6 @@ def read_events(path):
             rows.append((int(w[0]), 1e6 * float(w[1]), w[2], int(w[3]), int(w[4]),
                          1e3 * np.array(w[5:8], float), np.array(w[8:11], float), float(w[11])))
     return rows
-
-
-def write_json(path, data):
-    path.write_text(json.dumps(data, indent=2, default=lambda x: x.item()) + "\n")  # numpy's numbers
 
 
 # ---- what holds together ------------------------------------------------------------------------
@@ -96,6 +78,16 @@ EDGES = [(a, b) for a in range(8) for b in range(a) if np.abs(CORNER[a] - CORNER
 FACES = [np.flatnonzero(CORNER[:, k] == s) for k in range(3) for s in (-1, 1)]
 
 
+def volumes(corner):
+    """Of hexahedra with these corners, by 2 x 2 x 2 Gauss points, which is exact."""
+    total = 0.0
+    for point in CORNER / math.sqrt(3):
+        factor = 1 + CORNER * point
+        gradient = np.stack([CORNER[:, d] * np.delete(factor, d, axis=1).prod(axis=1) for d in range(3)], axis=1) / 8
+        total = total + np.linalg.det(np.einsum("eac,ad->ecd", corner, gradient))
+    return total
+
+
 class Pieces:
     """The pieces of a body at the end of a run: finite elements that share nodes, DEs that are joined or
     tied. Rebuilt from the mesh and the events, without the solver's own records; check() compares the
@@ -108,9 +100,7 @@ class Pieces:
         self.mesh, self.n = mesh, len(mesh["hexes"])
         hexes = mesh["hexes"]
         corner = mesh["x"][hexes]
-        edges = corner[:, 6] - corner[:, 0]
-        volume = np.abs(np.prod(edges, axis=1))  # bricks along the axes
-        self.mass = volume * np.array([density[p] for p in mesh["parts"]])
+        self.mass = volumes(corner) * np.array([density[p] for p in mesh["parts"]])
         self.centre = corner.mean(axis=1)
         self.converted = np.zeros(self.n, bool)
         self.broken = {}  # (unit, unit) -> time
@@ -224,62 +214,13 @@ class Pieces:
         return result
 
 
-def energy_rise(energies):
-    """Largest rise of the total energy above an earlier value, in percent of the initial one."""
-    total = energies["total"]
-    return 100 * float(np.max(total - np.minimum.accumulate(total))) / total[0]
-
-
 # ---- pictures -----------------------------------------------------------------------------------
-
-
-def plotting():
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    return plt
 
 
 def impactor_force(energies, mass, name):
     """Force on the impactor (kN, upwards) from its velocity: the mean between two lines, at their middle."""
     t, v = energies["time_us"], energies[name]
     return 0.5 * (t[1:] + t[:-1]), 1e-3 * mass * np.diff(v) / (1e-6 * np.diff(t))
-
-
-def plot_energies(path, title, e, marks):
-    plt = plotting()
-    t = e["time_us"]
-    figure, axes = plt.subplots(2, 2, figsize=(11, 7), sharex=True, constrained_layout=True)
-    (stored, dissipated), (kinetic, total) = axes
-    for name, label in (("e_elements", "finite elements"), ("e_joints", "connective joints"), ("e_ties", "ties"),
-                        ("e_cohesive", "cohesive joints"), ("e_contact", "contact")):
-        stored.plot(t, 1e3 * e[name], label=label)
-    stored.set(title="stored", ylabel="mJ")
-    for name, label in (("fracture", "fracture, $G_f$"), ("released", "released at breaking"), ("damping", "damping"),
-                        ("friction", "friction"), ("viscous", "interlayer, viscous"),
-                        ("conv_strain", "lost at conversion: strain"), ("conv_kinetic", "lost at conversion: kinetic")):
-        dissipated.plot(t, 1e3 * e[name], label=label, ls=":" if "conv" in name else "-")
-    dissipated.set(title="dissipated, and lost at conversions", ylabel="mJ")
-    kinetic.plot(t, 1e3 * (e["e_kinetic"] - e["e_kinetic"][0]), color="k", label="kinetic")
-    kinetic.plot(t, -1e3 * sum(e[n] for n in ("e_elements", "e_joints", "e_ties", "e_cohesive", "e_contact")),
-                 ls="--", label="$-$ stored")
-    kinetic.set(title=f"change of the kinetic energy (initially {e['e_kinetic'][0]:.4f} J)", ylabel="mJ", xlabel="us")
-    total.plot(t, 100 * (e["total"] / e["total"][0] - 1), color="k", label="kinetic + stored + dissipated $-$ external work")
-    total.plot(t, 100 * (e["balance"] / e["total"][0] - 1), ls="--", label="with what conversions lose")
-    total.axhline(0.1, color="#d33", lw=0.8)
-    total.axhline(0, color="0.6", lw=0.8)
-    total.set(title="total energy, change in % of the initial", ylabel="%", xlabel="us")
-    for axis in axes.flat:
-        for mark in marks:
-            if mark is not None:
-                axis.axvline(mark, color="#d33", lw=0.8, ls=(0, (4, 3)), zorder=0)
-        axis.set_xlim(0, t[-1])
-        axis.legend(fontsize=8)
-    figure.suptitle(title, fontsize=10)
-    figure.savefig(path, dpi=100)
-    plt.close(figure)
 
 
 def sheet(path, title, cells, columns, width=720):
@@ -307,3 +248,107 @@ def sheet(path, title, cells, columns, width=720):
             draw.text((left + 12, top + height - bar + 4), caption, fill="black", font=font(20))
         top += height + gap
     out.quantize(256).save(path, optimize=True)  # few colours: small files
+
+
+# ---- a pane under a ball --------------------------------------------------------------------------
+
+ALLOWED_RISE = 0.1  # percent
+
+
+def pane_report(folder, title, plies, interlayer, density):
+    """All that laminated_plate and curved_pane make of a run in the folder: summary.json, energies.png,
+    force.png, crack.png, and a table at the end of log.lammps. Fails if the total energy rises.
+
+    plies: the parts of glass, from above; interlayer: a part or None; density: of each part, kg/m3.
+    """
+    log = read_log(folder / "log.lammps")
+    energies = results.read_energies(folder / "energies.txt")
+    mesh = read_mesh(folder / "mesh.data")
+    events = read_events(folder / "events.txt")
+    pieces = Pieces(mesh, events, log["nodes"], density)
+    pieces.check(log["last"])
+
+    # the ball's mass is 2 E/v^2 of the first line
+    speed = energies["vz"]
+    ball = 2 * energies["e_kinetic"][0] / speed[0]**2
+    middle, force = impactor_force(energies, ball, "vz")
+    part_of = lambda row: mesh["parts"][row[3] - 1 if row[2] == "convert" else (row[3] - log["nodes"] - 1) // 8]
+    found = {}
+    for ply in plies:
+        rows = [r for r in events if part_of(r) == ply]
+        times = {kind: [r[1] for r in rows if r[2] == kind] for kind in ("convert", "cohesive", "broken")}
+        first = lambda t: round(min(t), 3) if t else None
+        broken = [r for r in rows if r[2] == "broken"]
+        found[ply] = {
+            "first_conversion_us": first(times["convert"]),
+            "first_damage_us": first(times["cohesive"] + times["broken"]),
+            "first_broken_us": first(times["broken"]),
+            "first_broken_at_mm": [round(float(c), 2) for c in min(broken, key=lambda r: r[1])[5]] if broken else None,
+            "crack_radius_mm": round(float(max(math.hypot(*r[5][:2]) for r in broken)), 2) if broken else 0.0,
+            "elements_converted": len(times["convert"]),
+            "joints_broken": len(broken),
+        }
+    cracked = {p: s["first_damage_us"] for p, s in found.items() if s["first_damage_us"] is not None}
+    held = pieces.summary(interlayer)
+    brittle = np.flatnonzero(mesh["parts"] == plies[0])
+    s = {
+        "variant": folder.name,
+        "element_mm": round(1e3 * float(np.median(np.linalg.norm(np.diff(
+            mesh["x"][mesh["hexes"][brittle][:, :2]], axis=1), axis=2))), 3),
+        "elements": len(mesh["hexes"]),
+        "speed_m_s": round(-float(speed[0]), 6),
+        "cracks_first": min(cracked, key=cracked.get) if cracked else None,
+        "first_damage_us": min(cracked.values()) if cracked else None,
+        "plies": found,
+        "ball_g": round(1e3 * ball, 3),
+        "ball_force_max_kN": round(float(force.max()), 3),
+        "ball_force_max_us": round(float(middle[force.argmax()]), 2),
+        "ball_energy_lost_J": round(0.5 * ball * (speed[0]**2 - speed[-1]**2), 4),
+        "ball_speed_final_m_s": round(-float(speed[-1]), 4),
+        "elements_converted": int(log["last"]["converted"]),
+        "joints_broken": int(log["last"]["contact"]),
+        "ties_broken": int(log["last"]["debonded"]),
+        "held_together": held,
+        "fracture_energy_mJ": round(1e3 * energies["fracture"][-1], 3),
+        **results.totals(log, energies),
+    }
+    results.write_json(folder / "summary.json", s)
+
+    us = lambda t: "-" if t is None else f"{t:.1f}"
+    lines = [f"Pane, {title}, elements of {s['element_mm']:g} mm, after {s['end_us']:.0f} us",
+             "  ply      first damage   first broken (us)   crack out to (mm)   elements converted   joints broken"]
+    for ply, p in found.items():
+        lines.append(f"  {ply:<8} {us(p['first_damage_us']):>12} {us(p['first_broken_us']):>19} {p['crack_radius_mm']:>19.1f}"
+                     f" {p['elements_converted']:>20} {p['joints_broken']:>15}")
+    lines += [
+        f"  ball: force up to {s['ball_force_max_kN']:.2f} kN at {s['ball_force_max_us']:.1f} us, "
+        f"{s['ball_energy_lost_J']:.3f} J lost, now {s['ball_speed_final_m_s']:.2f} m/s",
+        f"  pieces: {held['pieces_of_more']}, and {held['pieces_of_one_DE']} single DEs of {held['mass_of_loose_DEs_g']:.3f} g; "
+        f"the heaviest has {held['heaviest_piece_percent']:.2f} % of the mass",
+    ]
+    if interlayer:
+        lines.append(f"  glass that holds on the interlayer: {held['glass_on_interlayer_percent']:.3f} %; "
+                     f"ties broken: {s['ties_broken']}")
+    lines.append(f"  total energy: {s['energy_initial_J']:.6f} J at first, {s['energy_final_J']:.6f} J at last, "
+                 f"largest rise {s['energy_rise_percent']:.4f} % of the initial")
+    results.report(folder / "log.lammps", "Pane,", lines)
+
+    damage = [p["first_damage_us"] for p in found.values()]
+    results.plot_energies(folder / "energies.png", f"{title}; dashed: first damage of the plies", energies, damage,
+                          limit=ALLOWED_RISE)
+    plt = results.plotting()
+    figure, axis = plt.subplots(figsize=(8, 4), constrained_layout=True)
+    axis.plot(middle, force, color="k")
+    for time in damage:
+        if time is not None:
+            axis.axvline(time, color="#d33", lw=0.8, ls=(0, (4, 3)), zorder=0)
+    axis.set(xlabel="us", ylabel="kN", xlim=(0, s["end_us"]), title=f"force on the ball, {title}; dashed: first damage")
+    figure.savefig(folder / "force.png", dpi=100)
+
+    time = lambda p: int(p.name.split(".")[1]) * s["end_us"] / s["steps"]
+    cells = [(p, f"{time(p):.0f} us, from {view}") for view, glob in (("above", "top.*.png"), ("below", "bottom.*.png"))
+             for p in sorted(folder.glob(glob), key=time)]
+    if cells:
+        sheet(folder / "crack.png", f"{title}, ball with {s['speed_m_s']:.0f} m/s", cells, len(cells) // 2, 480)
+    if s["energy_rise_percent"] > ALLOWED_RISE:
+        sys.exit(f"the total energy rises by {s['energy_rise_percent']} % of its initial value")

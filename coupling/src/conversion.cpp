@@ -17,6 +17,11 @@ namespace {
 
 }    // namespace
 
+Vec3 place_of_de(const fe::HexCoords &x, int node)
+{
+  return fe::interpolate(x, 0.5 * corner_of(node));
+}
+
 std::array<NewDE, 8> convert_hex(const fe::HexCoords &X, const fe::HexCoords &x,
                                  const fe::HexCoords &v, double mass)
 {
@@ -63,6 +68,22 @@ GeneralCell cell_of(const std::array<NewDE, 8> &de, int k)
       cell.dX[s] = de[fe::hex_edge_neighbor(k, s / 2)].X - de[k].X;
   }
   return cell;
+}
+
+double tie_swing(const Vec3 &X, const Vec3 &x, const Vec3 face_X[4], const Vec3 face_x[4])
+{
+  Vec3 along[2];
+  double length = 0.0;
+  for (int now = 0; now < 2; ++now) {
+    const Vec3 *p = now ? face_x : face_X;
+    Vec3 tie = now ? -x : -X;
+    for (int k = 0; k < 4; ++k) tie += tie_weight[k] * p[k];
+    const Vec3 t1 = (p[1] - p[3]).normalized();
+    const Vec3 n = t1.cross(p[2] - p[0]).normalized();
+    along[now] = Vec3(tie.dot(t1), tie.dot(n.cross(t1)), 0.0);
+    if (!now) length = tie.norm();
+  }
+  return (along[1] - along[0]).norm() / length;
 }
 
 double conversion_kinetic_loss(const fe::HexCoords &v, double mass, const std::array<NewDE, 8> &de)

@@ -7,11 +7,14 @@ analyse.py compare ROOT           summaries and pictures of ROOT/adaptive, ROOT/
 """
 
 import json
-import re
 import sys
 from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+import results
+from results import read_energies, read_log, write_json
 
 LAYERS = 20  # of DEs over the depth, 1 mm each
 PER_LAYER = 10  # joints across the crack plane x = 0 in a layer
@@ -21,37 +24,6 @@ PAPER = {  # us; theory.md, section 1
     "crack_through_us": {"dem": 70, "adaptive": 70},
 }
 PAPER_SECONDS = {"dem": 660, "adaptive": 67}
-
-
-def read_log(path):
-    """Loop time, ranks and steps over all pieces of the run, and the thermo output."""
-    text = path.read_text()
-    loops = re.findall(r"^Loop time of (\S+) on (\d+) procs for (\d+) steps", text, re.M)
-    if not loops:
-        sys.exit(f"no finished run in {path}")
-    thermo, columns = {}, []
-    for line in text.splitlines():
-        words = line.split()
-        if words[:1] == ["Step"]:
-            columns = words
-        elif columns and len(words) == len(columns) and re.match(r"\d+$", words[0]):
-            thermo[int(words[0])] = [float(w) for w in words]
-        elif line.startswith("Loop time"):
-            names, columns = columns, []
-    table = np.array([thermo[s] for s in sorted(thermo)])
-    return {
-        "loop_seconds": round(sum(float(l[0]) for l in loops), 4),
-        "ranks": int(loops[0][1]),
-        "steps": sum(int(l[2]) for l in loops),
-        "thermo": {name: table[:, k] for k, name in enumerate(names)},
-    }
-
-
-def read_energies(path):
-    lines = path.read_text().splitlines()
-    names = lines[1].lstrip("# ").split()
-    table = np.array([[float(w) for w in line.split()] for line in lines[2:]], ndmin=2)
-    return {name: table[:, k] for k, name in enumerate(names)}
 
 
 def read_events(path):
@@ -79,10 +51,6 @@ def timeline(events):
     return rows
 
 
-def write_json(path, data):
-    path.write_text(json.dumps(data, indent=2, default=lambda x: x.item()) + "\n")  # numpy's numbers
-
-
 def first(times):
     return min(times) if times else None
 
@@ -96,8 +64,6 @@ def summarise(variant, log, energies, events, rows):
     total = np.concatenate([energies["total"], log["thermo"]["total"]])
     initial = energies["total"][0]
     before = energies["time_us"] < (damage or 1e9)
-    # the largest rise from any earlier minimum
-    rise = np.max(energies["total"] - np.minimum.accumulate(energies["total"]))
     us = lambda t: None if t is None else round(t, 4)
     return {
         "variant": variant,
@@ -114,7 +80,7 @@ def summarise(variant, log, energies, events, rows):
         "energy_initial_J": initial,
         "energy_max_J": float(total.max()),
         "energy_final_J": last["total"],
-        "energy_rise_percent": 100 * rise / initial,
+        "energy_rise_percent": results.energy_rise(energies),
         "energy_drift_before_damage_percent": 100 * float(np.ptp(energies["total"][before])) / initial,
         "end_us": last["time_us"],
         "loop_seconds": log["loop_seconds"],
@@ -129,7 +95,6 @@ def show(value, unit=" us"):
 
 def timeline_text(s, rows):
     text = [
-        "",
         f"Crack timeline of the glass beam, {s['variant']} (times in us)",
         f"  first conversion                {show(s['first_conversion_us'])}",
         f"  first damage                    {show(s['first_damage_us'])}",
@@ -152,65 +117,10 @@ def timeline_text(s, rows):
             f"  {r['y']:2d} to {r['y'] + 1:2d}    {cell(first(r['convert']))}      {cell(first(r['cohesive']))}"
             f"    {cell(first(r['broken']))}    {cell(full)}"
         )
-    return "\n".join(text) + "\n"
+    return text
 
 
 # ---- pictures -----------------------------------------------------------------------------------
-
-
-def plot_energies(path, s, e):
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    t = e["time_us"]
-    figure, axes = plt.subplots(2, 2, figsize=(11, 7), sharex=True, constrained_layout=True)
-    (stored, dissipated), (kinetic, total) = axes
-    for name, label in (
-        ("e_elements", "finite elements"),
-        ("e_joints", "connective joints"),
-        ("e_ties", "ties"),
-        ("e_cohesive", "cohesive joints"),
-        ("e_contact", "contact"),
-    ):
-        stored.plot(t, 1e3 * e[name], label=label)
-    stored.set(title="stored", ylabel="mJ")
-    if s["variant"] != "dem":  # joints are small beside the elements
-        stored.set_yscale("symlog", linthresh=1)
-        stored.set_ylim(0, 1500)
-    else:
-        stored.set_ylim(0, 1.35 * stored.get_ylim()[1])
-    for name, label in (
-        ("fracture", "fracture, $G_f$"),
-        ("released", "released at breaking"),
-        ("damping", "damping"),
-        ("friction", "friction"),
-        ("conv_strain", "lost at conversion: strain"),
-        ("conv_kinetic", "lost at conversion: kinetic"),
-    ):
-        dissipated.plot(t, 1e3 * e[name], label=label, ls=":" if "conv" in name else "-")
-    dissipated.set(title="dissipated, and lost at conversions", ylabel="mJ")
-    kinetic.plot(t, 1e3 * (e["e_kinetic"] - e["e_kinetic"][0]), color="k", label="kinetic")
-    kinetic.plot(t, -1e3 * sum(e[n] for n in ("e_elements", "e_joints", "e_ties", "e_cohesive", "e_contact")),
-                 ls="--", label="$-$ stored")
-    kinetic.set(title=f"change of the kinetic energy (initially {e['e_kinetic'][0]:.4f} J)", ylabel="mJ", xlabel="us")
-    change = 100 * (e["total"] / e["total"][0] - 1)
-    total.plot(t, change, color="k", label="kinetic + stored + dissipated $-$ external work")
-    total.plot(t, 100 * (e["balance"] / e["total"][0] - 1), ls="--", label="with what conversions lose")
-    total.axhline(0, color="0.6", lw=0.8)
-    low = min(change.min(), -0.01)
-    total.set_ylim(1.15 * low, max(0.25 * -low, 1.3 * change.max(), 0.005))
-    total.set(title="total energy, change in % of the initial", ylabel="%", xlabel="us")
-    for axis in axes.flat:
-        for key in ("first_damage_us", "crack_upper_us", "crack_through_us"):
-            if s[key] is not None:
-                axis.axvline(s[key], color="#d33", lw=0.8, ls=(0, (4, 3)), zorder=0)
-        axis.set_xlim(0, t[-1])
-        axis.legend(fontsize=8, loc="best" if axis is not stored else "upper center", ncols=1 if axis is not stored else 3)
-    figure.suptitle(f"glass beam, {s['variant']}; dashed: first damage, crack at y = 16 mm, crack through", fontsize=10)
-    figure.savefig(path, dpi=100)
-    plt.close(figure)
 
 
 def pictures(folder, dt):
@@ -272,11 +182,11 @@ def analyse_run(folder, variant):
     rows = timeline(events)
     s = summarise(variant, log, energies, events, rows)
     write_json(folder / "summary.json", s)
-    text = timeline_text(s, rows)
-    print(text, end="")
-    log_file = folder / "log.lammps"
-    log_file.write_text(log_file.read_text().split("\nCrack timeline")[0].rstrip() + "\n" + text)
-    plot_energies(folder / "energies.png", s, energies)
+    results.report(folder / "log.lammps", "Crack timeline", timeline_text(s, rows))
+    results.plot_energies(folder / "energies.png",
+                          f"glass beam, {variant}; dashed: first damage, crack at y = 16 mm, crack through", energies,
+                          [s[key] for key in ("first_damage_us", "crack_upper_us", "crack_through_us")],
+                          large_elements=variant != "dem")
     made = ["summary.json", "energies.png"]
     shots = choose(pictures(folder, s["end_us"] * 1e-6 / s["steps"]))
     if shots:

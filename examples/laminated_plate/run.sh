@@ -3,20 +3,21 @@
 # which explains the DEFE_ variables:
 #   examples/run.sh laminated_plate [laminated | single] [-np N] [LAMMPS options...]
 # variants: laminated single
-# DEFE_SIZE=1.5 or 2 makes elements of this size instead of 1 mm; results are then in output/VARIANT.SIZEmm.
+# DEFE_SIZE=1.5 or 2 makes elements of this size along the pane instead of 1 mm (1 mm through it in any case);
+# results are then in output/VARIANT.SIZEmm.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
 variant=${DEFE_VARIANT:-laminated} size=${DEFE_SIZE:-1} run=("$DEFE_LMP") code=0
 case $size in
-  1) n=100 ply=3 pane=6 ;;
-  1.5) n=67 ply=2 pane=4 ;;
-  2) n=50 ply=2 pane=4 ;; # 2 x 2 x 1.5 mm
+  1) n=100 ;;
+  1.5) n=67 ;;
+  2) n=50 ;;
   *) echo "laminated_plate: DEFE_SIZE is 1, 1.5 or 2 (mm)" >&2; exit 2 ;;
 esac
 case $variant in
-  laminated) height=0.00676 layers=(--layer lower 0.003 $ply 1 --layer inter 0.00076 1 5 --layer upper 0.003 $ply 1) ;;
-  single) height=0.006 layers=(--layer lower 0.006 $pane 1) ;;
+  laminated) height=0.00676 layers=(--layer lower 0.003 3 1 --layer inter 0.00076 1 5 --layer upper 0.003 3 1) ;;
+  single) height=0.006 layers=(--layer lower 0.006 6 1) ;;
   *) echo "example 'laminated_plate' has no variant '$variant': use laminated or single" >&2; exit 2 ;;
 esac
 # Paths are relative: log files do not tell where the tree lies.
@@ -26,7 +27,8 @@ if ((DEFE_NP > 1)); then run=("$DEFE_MPIRUN" "$DEFE_NP" "$DEFE_LMP"); fi
 mkdir -p "$out"
 rm -f "$out"/*.png "$out"/{events,energies}.txt "$out"/{log.lammps,summary.json}
 ../../tools/layers2data "$out/mesh.data" --axis z "${layers[@]}" --x -0.05 $n 0.05 --y -0.05 $n 0.05
-"${run[@]}" -in in.laminated_plate -log "$out/log.lammps" -var out "$out" -var variant "$variant" -var height "$height" "$@" ||
+"${run[@]}" -in in.laminated_plate -log "$out/log.lammps" -var out "$out" -var variant "$variant" -var height "$height" \
+  -var edge "${size}e-3" "$@" ||
   code=$?
 if ((code)); then
   echo "laminated_plate: LAMMPS failed on variant $variant (exit code $code); log in examples/laminated_plate/$out" >&2

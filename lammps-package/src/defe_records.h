@@ -59,6 +59,7 @@ struct JointSlot {
   double normal[3];       // reference unit normal of the quarter face, pointing out of the DE
   double cohesive[6];     // defe::CohesiveState: e_n, e_s[3], s0, kappa
   double length0;         // joint length at which e_n vanishes
+  double apart;           // > 0: of a broken joint, distance below which the two DEs are in contact
   double stored, lost;    // COHESIVE: stored energy, dissipated so far (J), kept by the lower tag
   signed char kind, state;
   signed char partner;    // slot of the joint on the other DE (also of the one a TIE becomes)

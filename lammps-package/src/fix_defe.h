@@ -380,6 +380,8 @@ class FixDefe : public Fix {
   void ask_marks();
   void take_marks();
   void convert_marked();
+  double distance_if_swung(int i, const tagint *face, int corner, const tagint *element,
+                           int part) const;
   void make_ghosts_for_setup();
   void ghost_positions();
   void update_totals();

@@ -95,6 +95,43 @@ double FixDefe::de_energy(int d, unsigned present) const
 }
 
 /* ----------------------------------------------------------------------
+   a DE was tied to a face of an element that converts: 0 if a joint to the DE of that corner takes
+   the place of the tie, else the distance of the two, which stay apart
+   The ranks of both DEs ask, with the same answer.
+------------------------------------------------------------------------- */
+
+double FixDefe::distance_if_swung(int i, const tagint *face, int corner, const tagint *element,
+                                  int part) const
+{
+  const auto at = [this, i](tagint tag) {
+    const int j = domain->closest_image(i, local_of(tag));
+    if (j < 0)
+      error->one(FLERR,
+                 "Node {} of an element that DE {} is tied to is missing on proc {} at step {}: it "
+                 "was lost, or the communication cutoff is too small (raise it with comm_modify "
+                 "cutoff)",
+                 tag, atom->tag[i], comm->me, update->ntimestep);
+    return j;
+  };
+  Vec3 X[4], x[4];
+  for (int k = 0; k < 4; k++) {
+    const int j = at(face[k]);
+    X[k] = Vec3(xframe[j]);
+    x[k] = Vec3(atom->x[j]);
+  }
+  const Part &p = parts[part];
+  const double strain = p.stress / material_of(p).elastic().E;
+  if (defe::tie_swing(Vec3(xframe[i]), Vec3(atom->x[i]), X, x) < defe::swing_limit * strain)
+    return 0.0;
+  HexCoords nodes;
+  for (int a = 0; a < 8; a++) {
+    const int j = at(element[a]);
+    for (int k = 0; k < 3; k++) nodes(k, a) = atom->x[j][k];
+  }
+  return (defe::place_of_de(nodes, corner) - Vec3(atom->x[i])).norm();
+}
+
+/* ----------------------------------------------------------------------
    convert all marked elements, of all ranks, together
 ------------------------------------------------------------------------- */
 
@@ -175,6 +212,9 @@ void FixDefe::convert_marked()
     r.newborn = 1;
     for (auto &slot : r.slot)
       if (slot.kind == DefeJoint::TIE && now_gone.count(slot.other)) {
+        slot.apart = distance_if_swung(jt.self[d], slot.face_node, slot.corner,
+                                       now_gone[slot.other]->node, slot.part);
+        if (slot.apart > 0.0) slot.state = DefeJoint::CONTACT;
         slot.kind = DefeJoint::DE;
         slot.other = de_tag(slot.other, slot.corner);
       }
@@ -291,16 +331,30 @@ void FixDefe::convert_marked()
         const int corner = defe::fe::hex_face[static_cast<int>(h.nbface[s])][q];
         slot.corner = static_cast<signed char>(corner);
         slot.partner = h.nbface[s];
+        tagint face_node[4];
+        for (int c = 0; c < 4; c++) face_node[c] = h.node[defe::fe::hex_face[s][(pos + c) % 4]];
         if (nb < 0 || now_gone.count(nb)) {
           const tagint element = nb < 0 ? -nb : nb;
           slot.kind = DefeJoint::DE;
           slot.other = de_tag(element, corner);
+          const int j = nb < 0 ? domain->closest_image((*o.idx)[k], local_of(slot.other)) : -1;
+          if (j < 0) continue;    // born now, too; or deleted
+          slot.apart = distance_if_swung(j, face_node, k, h.node, h.part);
+          if (slot.apart > 0.0) {
+            slot.state = DefeJoint::CONTACT;
+            Event e{update->ntimestep, now(), 2, birth.tag, slot.other, {}, {}, 1.0};
+            if (e.a > e.b) std::swap(e.a, e.b);
+            const Vec3 middle = 0.5 * (eight[k].X + Vec3(xframe[j]));
+            domain->unmap(middle.data(), birth.image, e.x);
+            for (int c = 0; c < 3; c++) e.n[c] = slot.normal[c];
+            record_event(e);
+            note_damage();
+          }
         } else {
           slot.kind = DefeJoint::TIE;
           slot.other = nb;
           slot.part = h.nbpart[s];
-          for (int c = 0; c < 4; c++)
-            slot.face_node[c] = h.node[defe::fe::hex_face[s][(pos + c) % 4]];
+          for (int c = 0; c < 4; c++) slot.face_node[c] = face_node[c];
         }
       }
       births.push_back(birth);

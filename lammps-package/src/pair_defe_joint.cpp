@@ -854,19 +854,18 @@ void PairDefeJoint::cohesive_forces()
    of a pair that two ranks share.
 ------------------------------------------------------------------------- */
 
-bool PairDefeJoint::joined(int d, tagint other) const
+const JointSlot *PairDefeJoint::joint_to(int d, tagint other) const
 {
   for (const auto &slot : fix->jt.rec[d]->slot)
-    if (slot.kind == DefeJoint::DE && slot.other == other && slot.state != DefeJoint::CONTACT)
-      return true;
-  return false;
+    if (slot.kind == DefeJoint::DE && slot.other == other) return &slot;
+  return nullptr;
 }
 
 void PairDefeJoint::add_candidate(int i, int j)
 {
   if (!with_contact || j < 0) return;    // a tie: the face takes over
   if (j < atom->nlocal && j < i) std::swap(i, j);
-  candidates.push_back({i, j});
+  candidates.push_back({i, j, 0.0});
 }
 
 void PairDefeJoint::update_candidates()
@@ -907,8 +906,9 @@ void PairDefeJoint::update_candidates()
     double rsq = 0.0;
     for (int k = 0; k < 3; k++) rsq += (x[i][k] - x[j][k]) * (x[i][k] - x[j][k]);
     if (rsq >= reach * reach) return;
-    if (di >= 0 && joined(di, atom->tag[j])) return;
-    candidates.push_back({i, j});
+    const JointSlot *joint = di >= 0 ? joint_to(di, atom->tag[j]) : nullptr;
+    if (joint && joint->state != DefeJoint::CONTACT) return;
+    candidates.push_back({i, j, joint ? joint->apart : 0.0});
   };
 
   struct Sphere {
@@ -988,6 +988,7 @@ void PairDefeJoint::contact_forces()
       double ref = 0.0;
       for (int k = 0; k < 3; k++) ref += (Xi[k] - Xj[k]) * (Xi[k] - Xj[k]);
       reach = MIN(reach, std::sqrt(ref));
+      if (c.apart > 0.0) reach = MIN(reach, c.apart);
       apart = rsq >= reach * reach;
     }
     if (apart) {

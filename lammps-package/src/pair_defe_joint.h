@@ -24,6 +24,8 @@ PairStyle(defe/joint,PairDefeJoint);
 
 namespace LAMMPS_NS {
 
+struct JointSlot;
+
 /** Bonded spheres with the three joint types. The thin variants switch stages off. */
 class PairDefeJoint : public Pair {
  public:
@@ -67,7 +69,8 @@ class PairDefeJoint : public Pair {
   bigint screen_built = -1;
 
   struct Candidate {
-    int i, j;    // i is owned; j too and above i, or a ghost
+    int i, j;        // i is owned; j too and above i, or a ghost
+    double apart;    // of a broken joint: see JointSlot
   };
   std::vector<Candidate> candidates;    // spheres near each other that no joint holds
   bigint candidates_built = -1;
@@ -91,7 +94,7 @@ class PairDefeJoint : public Pair {
   void update_candidates();
   void add_candidate(int i, int j);
   void forget_touch(int i, int j);
-  bool joined(int d, tagint other) const;
+  const JointSlot *joint_to(int d, tagint other) const;
   int part_of_type(int) const;
   void tally(const double *del, const double *force, int i);
   void event(int d, int s, int what, double value);

@@ -294,3 +294,52 @@ TEST(Conversion, ShieldingSparesNeighbours)
   EXPECT_FALSE(with.count(4) || with.count(6) || with.count(13) || with.count(15));
   EXPECT_TRUE(without.count(4) && without.count(6) && without.count(13) && without.count(15));
 }
+
+// DEs whose only joint is a tie swing about its point. When the element behind converts, no joint is
+// born bent in its place: energy would come from nowhere.
+TEST(Conversion, OfAnElementWithDEsThatSwung)
+{
+  Block block;
+  block.n[0] = 2;
+  block.n[1] = block.n[2] = 1;
+  block.regions = region_of("left", {block.element_centre(0, 0, 0)}, block.h);
+  block.convert = "5e8 type 2 group particles start left";
+  block.coeff = "connective material cohesive 1e3 1e-6 0.1 contact 0.9 0.0";    // hold nothing
+  Lammps lmp;
+  lmp.commands(block.script());
+  lmp.run(0);
+  const Particles begin = lmp.particles();
+  const Vec3 c = block.centre();
+  const auto tied = [&](const Particle &p) {
+    return begin.at(p.tag).radius > 0.0 && begin.at(p.tag).x[0] > c[0] - 0.5 * block.h;
+  };
+  // the joints of the eight break, four fly off
+  lmp.change([&](Particle &p) {
+    if (p.radius > 0.0) p.v = 2e3 * (p.x - block.element_centre(0, 0, 0));
+    if (p.radius > 0.0 && !tied(p)) p.v[0] -= 5.0;
+  });
+  lmp.run(200);
+  ASSERT_EQ(lmp.fe(CONNECTIVE), 0.0);
+  ASSERT_EQ(lmp.fe(TIES), 4.0);
+  // they swing, in the element's frame, by 0.2 to 0.3
+  lmp.change([&](Particle &p) {
+    p.v = tied(p) ? Vec3(0.0, 40.0, 0.0) : p.radius > 0.0 ? Vec3(-20.0, 0.0, 0.0) : Vec3::Zero();
+  });
+  lmp.run(60);
+  EXPECT_EQ(lmp.fe(CONVERTED), 1.0);
+  // and the element is torn
+  const double middle = block.element_centre(1, 0, 0)[0];
+  lmp.change([&](Particle &p) {
+    p.v = Vec3(p.radius > 0.0 ? 0.0 : 1e5 * (begin.at(p.tag).x[0] - middle), 0.0, 0.0);
+  });
+  lmp.command("timestep 1e-8");
+  lmp.run(0);
+  const double total = lmp.fe(TOTAL), broken = lmp.fe(CONTACT);
+  lmp.record({"f_fe[22]", "f_fe[2]"}, 1);
+  lmp.run(200);
+  const auto energy = lmp.recorded(0), converted = lmp.recorded(1);
+  ASSERT_EQ(converted.back(), 2.0) << "a poor example";
+  EXPECT_GE(lmp.fe(CONTACT), broken + 4.0);
+  EXPECT_EQ(lmp.fe(TIES), 0.0);
+  for (double e : energy) EXPECT_LT(e, total * (1.0 + 1e-3));
+}

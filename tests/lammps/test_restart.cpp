@@ -53,7 +53,7 @@ std::map<int, std::vector<double>> elements(Lammps &lmp)
   return result;
 }
 
-constexpr int middle = 100, end = 260;
+constexpr int middle = 100, end = 300;
 
 /// Read the restart file and go on; the conversions after the restart.
 std::vector<std::array<long, 2>> go_on(MPI_Comm comm, const std::string &restart,

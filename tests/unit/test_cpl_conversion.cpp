@@ -241,3 +241,29 @@ TEST(Conversion, TieWeightsAreTheShapeFunctionsAtAQuarterOfTheFace)
       }
   EXPECT_EQ(ties, 8);
 }
+
+// A tie from the DE at the origin to the quarter point of a face of 2 x 2 above it.
+TEST(TieSwing, OfADEThatTurnsAboutTheTiePoint)
+{
+  const Vec3 face[4] = {{0.5, 0.5, 0.5}, {0.5, -1.5, 0.5}, {-1.5, -1.5, 0.5}, {-1.5, 0.5, 0.5}};
+  const Vec3 X = Vec3::Zero(), point(0.0, 0.0, 0.5);
+  EXPECT_NEAR(tie_swing(X, X, face, face), 0.0, 1e-15);
+  std::mt19937 random(3);
+  for (double angle : {0.01, 0.3, 1.2}) {
+    // everything turns, and the DE in addition about the tie point, in any direction along the face
+    const Mat3 R = Eigen::AngleAxisd(2.0, random_vector(random, 1.0).normalized()).matrix();
+    const Vec3 axis = Vec3(random_vector(random, 1.0).cwiseProduct(Vec3(1, 1, 0))).normalized();
+    const Vec3 x = R * (point + Eigen::AngleAxisd(angle, axis) * (X - point));
+    Vec3 now[4], back[4], face_back[4];
+    for (int k = 0; k < 4; ++k) now[k] = R * face[k];
+    EXPECT_NEAR(tie_swing(X, x, face, now), std::sin(angle), 1e-12);
+    // the same seen from the other element, which goes round the face the other way
+    for (int k = 0; k < 4; ++k) {
+      back[k] = now[(4 - k) % 4];
+      face_back[k] = face[(4 - k) % 4];
+    }
+    EXPECT_NEAR(tie_swing(X, x, face_back, back), std::sin(angle), 1e-12);
+  }
+  // along the tie: no swing, whatever the pressure
+  EXPECT_NEAR(tie_swing(X, Vec3(0.0, 0.0, 0.1), face, face), 0.0, 1e-15);
+}
