@@ -7,41 +7,30 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
-# simulate VARIANT [LAMMPS options...]: mesh, LAMMPS and the analysis. Paths are relative: log files
-# do not tell where the tree lies.
-simulate() {
-  local variant=$1 out=output/$1 run=("$DEFE_LMP") code=0 colour=5
+# shellcheck source=../simulate.sh
+source ../simulate.sh
+
+# one VARIANT [LAMMPS options...]: mesh, LAMMPS and the analysis
+one() {
+  local variant=$1 out=output/$1 colour=5
   shift
   if [[ $variant == monolithic ]]; then colour=1; fi
-  if ((DEFE_NP > 1)); then run=("$DEFE_MPIRUN" "$DEFE_NP" "$DEFE_LMP"); fi
-  mkdir -p "$out"
-  rm -f "$out"/*.png "$out"/{events,energies,screen}.txt "$out"/{log.lammps,summary.json}
+  fresh "$out"
   ../../tools/layers2data "$out/mesh.data" --layer lower 0.008 4 1 --layer inter 0.00152 "${DEFE_LAYERS:-1}" $colour \
     --layer upper 0.008 4 1 --x -0.100 1 -0.099 99 0.099 1 0.100 --z 0 5 0.010
-  run+=(-in in.laminated_beam -log "$out/log.lammps" -var out "$out" -var variant "$variant" "$@")
-  if [[ $screen == yes ]]; then
-    "${run[@]}" || code=$?
-  else
-    "${run[@]}" >"$out/screen.txt" 2>&1 || code=$?
-    if ((code)); then tail -n 20 "$out/screen.txt" >&2; fi
-  fi
-  if ((code)); then
-    echo "laminated_beam: LAMMPS failed on variant $variant (exit code $code); log in examples/laminated_beam/$out" >&2
-    return "$code"
-  fi
+  simulate in.laminated_beam "$out" -var variant "$variant" "$@" || return
   "$DEFE_PYTHON" analyse.py run "$out" "$variant"
 }
 
-screen=yes
 case ${DEFE_VARIANT:=laminated} in
   laminated | mooney | monolithic)
-    simulate "$DEFE_VARIANT" "$@"
+    one "$DEFE_VARIANT" "$@"
     ;;
   compare)
-    screen=no
+    export quiet=yes
     for variant in laminated mooney monolithic; do
       echo "laminated_beam: running $variant" >&2
-      simulate "$variant" "$@"
+      one "$variant" "$@"
     done
     "$DEFE_PYTHON" analyse.py compare output
     ;;

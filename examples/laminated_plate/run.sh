@@ -8,7 +8,10 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
-variant=${DEFE_VARIANT:-laminated} size=${DEFE_SIZE:-1} run=("$DEFE_LMP") code=0
+# shellcheck source=../simulate.sh
+source ../simulate.sh
+
+variant=${DEFE_VARIANT:-laminated} size=${DEFE_SIZE:-1}
 case $size in
   1) n=100 ;;
   1.5) n=67 ;;
@@ -20,18 +23,9 @@ case $variant in
   single) height=0.006 layers=(--layer lower 0.006 6 1) ;;
   *) echo "example 'laminated_plate' has no variant '$variant': use laminated or single" >&2; exit 2 ;;
 esac
-# Paths are relative: log files do not tell where the tree lies.
 out=output/$variant
 if [[ $size != 1 ]]; then out+=.${size}mm; fi
-if ((DEFE_NP > 1)); then run=("$DEFE_MPIRUN" "$DEFE_NP" "$DEFE_LMP"); fi
-mkdir -p "$out"
-rm -f "$out"/*.png "$out"/{events,energies}.txt "$out"/{log.lammps,summary.json}
+fresh "$out"
 ../../tools/layers2data "$out/mesh.data" --axis z "${layers[@]}" --x -0.05 $n 0.05 --y -0.05 $n 0.05
-"${run[@]}" -in in.laminated_plate -log "$out/log.lammps" -var out "$out" -var variant "$variant" -var height "$height" \
-  -var edge "${size}e-3" "$@" ||
-  code=$?
-if ((code)); then
-  echo "laminated_plate: LAMMPS failed on variant $variant (exit code $code); log in examples/laminated_plate/$out" >&2
-  exit "$code"
-fi
+simulate in.laminated_plate "$out" -var variant "$variant" -var height "$height" -var edge "${size}e-3" "$@"
 "$DEFE_PYTHON" analyse.py "$out" "$variant"

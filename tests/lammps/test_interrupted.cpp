@@ -96,6 +96,9 @@ pid_t start(const std::vector<std::string> &command, const std::string &log)
       of_mpi = of_mpi || entry.compare(0, std::strlen(prefix), prefix) == 0;
     if (!of_mpi) environment.push_back(entry);
   }
+  // a plain lmp does not bring what a plugin with sanitizers needs
+  if (const char *runtime = std::getenv("DEFE_SANITIZER_RUNTIME"))
+    environment.push_back(std::string("LD_PRELOAD=") + runtime);
   std::vector<char *> argv, envp;
   for (const auto &a : command) argv.push_back(const_cast<char *>(a.c_str()));
   for (auto &e : environment) envp.push_back(e.data());

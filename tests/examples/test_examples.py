@@ -1,0 +1,75 @@
+"""The examples, in short: their run.sh runs from a copy, and summary.json holds what it should.
+
+DEFE_LMP, DEFE_PLUGIN: the lmp program and defeplugin.so; DEFE_PYTHON: with numpy, matplotlib and PIL (ctest
+sets them)."""
+
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+SOURCE = Path(__file__).resolve().parent.parent.parent
+
+
+class Example(unittest.TestCase):
+    def setUp(self):
+        self.root = Path(tempfile.mkdtemp(prefix="defe-example-"))
+        self.addCleanup(shutil.rmtree, self.root)
+        for name in ("examples", "tools"):
+            shutil.copytree(SOURCE / name, self.root / name, ignore=shutil.ignore_patterns("output", "__pycache__"))
+
+    def run_example(self, name, variant, *options, out=None, **environment):
+        """summary.json of a run without pictures."""
+        plugin = Path(os.environ["DEFE_PLUGIN"])
+        variables = dict(os.environ, DEFE_NP="1", DEFE_VARIANT=variant, DEFE_MPIRUN=str(SOURCE / "tools/mpirun.sh"),
+                         LD_LIBRARY_PATH=f"{plugin.parent}:{os.environ.get('LD_LIBRARY_PATH', '')}", **environment)
+        folder = self.root / "examples" / name
+        run = subprocess.run(["bash", "run.sh", "-var", "pictures", "no", *options], cwd=folder, env=variables,
+                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.assertEqual(run.returncode, 0, run.stdout[-3000:])
+        out = folder / "output" / (out or variant)
+        summary = json.loads((out / "summary.json").read_text())
+        for picture in ["energies.png"]:
+            self.assertGreater((out / picture).stat().st_size, 10000)
+        self.assertLess(summary["energy_rise_percent"], 0.1)
+        self.assertLessEqual(summary["energy_final_J"], summary["energy_max_J"])
+        self.assertLess(summary["energy_max_J"], 1.001 * summary["energy_initial_J"])
+        return summary
+
+    def test_glass_beam(self):
+        s = self.run_example("glass_beam", "adaptive")
+        self.assertTrue(50 <= s["elements_converted"] <= 60, s)
+        self.assertTrue(26.0 <= s["first_conversion_us"] <= 27.0, s)
+        self.assertTrue(69.0 <= s["crack_through_us"] <= 72.0, s)
+
+    def test_laminated_beam(self):
+        s = self.run_example("laminated_beam", "laminated", "-var", "end", "6e-5")
+        self.assertEqual(s["cracks_first"], "upper")
+        self.assertGreater(s["elements_converted"], 10)
+
+    def test_laminated_plate(self):
+        """Up to 40 us with 2 mm; the first crack does not depend on the mesh; a single pane."""
+        coarse = self.run_example("laminated_plate", "laminated", "-var", "end", "4e-5", out="laminated.2mm", DEFE_SIZE="2")
+        fine = self.run_example("laminated_plate", "laminated", "-var", "end", "9e-6")
+        for ply in ("upper", "lower"):
+            for key in ("first_conversion_us", "first_damage_us"):
+                with self.subTest(ply=ply, key=key):
+                    ratio = coarse["plies"][ply][key] / fine["plies"][ply][key]
+                    self.assertTrue(1 / 1.15 < ratio < 1.15, f"{coarse['plies'][ply][key]} against {fine['plies'][ply][key]}")
+        self.assertEqual(coarse["cracks_first"], "upper")
+        self.assertGreater(coarse["elements_converted"], 500)
+        self.assertGreater(coarse["held_together"]["glass_on_interlayer_percent"], 99.0)
+        single = self.run_example("laminated_plate", "single", "-var", "end", "2e-5", out="single.2mm", DEFE_SIZE="2")
+        self.assertGreater(single["elements_converted"], 20)
+
+    def test_curved_pane(self):
+        s = self.run_example("curved_pane", "ball", "-var", "end", "3e-5", DEFE_MESH="--size 3")
+        self.assertGreater(s["elements_converted"], 100)
+        self.assertEqual(set(s["plies"]), {"outer", "inner"})
+
+
+if __name__ == "__main__":
+    unittest.main()
