@@ -173,7 +173,7 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
           H[i][j] = D[i][0] * G[0][j] + D[i][1] * G[1][j] + D[i][2] * G[2][j];
   };
 
-  int first_lost = -1;
+  LostElements lost;
   Pack virial[6] = {};
 
   for (int first = 0; first < n; first += W) {
@@ -186,10 +186,8 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
     for (int i = 0; i < 3; ++i)
       for (int k = 0; k < 3; ++k) D[i][k] = y[i][1 << k];
     to_local(D, shape.G[8], R);
-    const simd::Mask lost = lanes::polar(R);
-    if (__builtin_expect(simd::any(lost) && first_lost < 0, false))
-      for (int l = elements.valid - 1; l >= 0; --l)
-        if (lost[l]) first_lost = first + l;
+    const simd::Mask flipped = lanes::polar(R);
+    if (__builtin_expect(simd::any(flipped), false)) lost.note(elements, first, flipped);
 
     Pack u[3][8];
     for (int m = 1; m < 8; ++m)
@@ -269,7 +267,7 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
   }
 
   if constexpr (with_virial) sum_lanes(virial, out.virial);
-  if (out.inverted) *out.inverted = first_lost;
+  if (out.inverted) *out.inverted = lost.first;
 }
 
 /// Chooses the instance for the outputs that are wanted.

@@ -121,7 +121,7 @@ void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)
                      const double *x, const double *X, double *f, const HexKernel::Output &out)
 {
   constexpr int W = simd::width;
-  int first_lost = -1;
+  LostElements lost;
   Pack virial[6] = {}, dissipated_sum = {};
 
   for (int first = 0; first < n; first += W) {
@@ -201,13 +201,7 @@ void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)
     const FBarPoint middle(Xk, uk);
     valid &= middle.J > 0.0;
 
-    Pack poison = Pack{};
-    if (__builtin_expect(simd::any(~valid), false)) {
-      poison = valid ? poison : simd::broadcast(std::numeric_limits<double>::quiet_NaN());
-      if (first_lost < 0)
-        for (int l = elements.valid - 1; l >= 0; --l)
-          if (!valid[l]) first_lost = first + l;
-    }
+    const Pack poison = lost.poison(elements, first, valid);
 
     const Pack Jbar = volume / volume_X;
     const Pack p = law.bulk * (volume - volume_X) / volume_X;
@@ -244,7 +238,7 @@ void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)
   if constexpr (with_virial) sum_lanes(virial, out.virial);
   if (out.dissipation)
     for (int l = 0; l < W; ++l) *out.dissipation += dissipated_sum[l];
-  if (out.inverted) *out.inverted = first_lost;
+  if (out.inverted) *out.inverted = lost.first;
 }
 
 /// Checks the arguments and chooses the instance for the outputs that are wanted.

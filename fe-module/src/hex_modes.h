@@ -12,6 +12,7 @@
 #include "defe/simd.h"
 
 #include <cstddef>
+#include <limits>
 #include <type_traits>
 
 namespace defe::fe {
@@ -58,6 +59,25 @@ struct LaneElements {
   int valid;
 
   int index(int l) const { return l < valid ? l : valid - 1; }
+};
+
+/// The elements of a list that turned inside out: the first of them, and NaN in their lanes.
+struct LostElements {
+  int first = -1;    ///< in the list, -1 = none
+
+  DEFE_INLINE void note(const LaneElements &elements, int start, const simd::Mask &lost)
+  {
+    if (first >= 0) return;
+    for (int l = elements.valid - 1; l >= 0; --l)
+      if (lost[l]) first = start + l;
+  }
+  /// To be added to the results of the pack that starts there.
+  DEFE_INLINE Pack poison(const LaneElements &elements, int start, const simd::Mask &valid)
+  {
+    if (__builtin_expect(!simd::any(~valid), true)) return Pack{};
+    note(elements, start, ~valid);
+    return valid ? Pack{} : simd::broadcast(std::numeric_limits<double>::quiet_NaN());
+  }
 };
 
 /// Where a node's entry starts in an array of 3 doubles per node.

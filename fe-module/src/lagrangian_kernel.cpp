@@ -83,7 +83,7 @@ namespace {
   {
     constexpr int W = simd::width;
     const double lambda = material.lambda(), mu = material.mu();
-    int first_lost = -1;
+    LostElements lost;
     Pack virial[6] = {};
 
     for (int first = 0; first < n; first += W) {
@@ -123,13 +123,7 @@ namespace {
           }
       }
 
-      Pack poison = Pack{};
-      if (__builtin_expect(simd::any(~valid), false)) {
-        poison = valid ? poison : simd::broadcast(std::numeric_limits<double>::quiet_NaN());
-        if (first_lost < 0)
-          for (int l = elements.valid - 1; l >= 0; --l)
-            if (!valid[l]) first_lost = first + l;
-      }
+      const Pack poison = lost.poison(elements, first, valid);
 
       if constexpr (with_energy) store_lanes(elements, energy + poison, out.energy + first);
       if constexpr (with_bound) {
@@ -153,7 +147,7 @@ namespace {
     }
 
     if constexpr (with_virial) sum_lanes(virial, out.virial);
-    if (out.inverted) *out.inverted = first_lost;
+    if (out.inverted) *out.inverted = lost.first;
   }
 
   Mat3 deformation_gradient(const HexCoords &x, const HexCoords &X, const Vec3 &xi)

@@ -1,31 +1,10 @@
-#include "defe/fe/material_law.h"
+#include "fbar_law.h"
+
 #include "defe/fe/mooney_rivlin.h"
-#include "defe/fe/stable_step.h"
 
 namespace defe::fe {
 
 namespace {
-
-  class Mooney : public MaterialLaw {
-   public:
-    explicit Mooney(const MooneyRivlin &m) :
-        m(m), initial(elastic_from_bulk_shear(m.K, m.mu(), m.rho))
-    {
-    }
-    const IsotropicElastic &elastic() const override { return initial; }
-    std::unique_ptr<HexKernel> make_kernel() const override
-    {
-      return std::make_unique<MooneyRivlinKernel>(m);
-    }
-    double critical_step(const HexCoords &X) const override
-    {
-      return critical_step_fbar(X, initial);
-    }
-
-   private:
-    MooneyRivlin m;
-    IsotropicElastic initial;
-  };
 
   std::unique_ptr<MaterialLaw> make(LawWords &words, std::string &complaint)
   {
@@ -34,9 +13,7 @@ namespace {
     m.C01 = words.number("Mooney-Rivlin constant C01");
     m.K = words.number("bulk modulus K");
     m.rho = words.number("density rho");
-    complaint = m.validate();
-    if (!complaint.empty()) return nullptr;
-    return std::make_unique<Mooney>(m);
+    return FBarLaw<MooneyRivlin, MooneyRivlinKernel>::make(m, m.mu(), complaint);
   }
 
 }    // namespace

@@ -1,31 +1,10 @@
-#include "defe/fe/material_law.h"
+#include "fbar_law.h"
+
 #include "defe/fe/prony.h"
-#include "defe/fe/stable_step.h"
 
 namespace defe::fe {
 
 namespace {
-
-  class Viscoelastic : public MaterialLaw {
-   public:
-    explicit Viscoelastic(const Prony &m) :
-        m(m), initial(elastic_from_bulk_shear(m.K, m.G_0(), m.rho))
-    {
-    }
-    const IsotropicElastic &elastic() const override { return initial; }
-    std::unique_ptr<HexKernel> make_kernel() const override
-    {
-      return std::make_unique<PronyKernel>(m);
-    }
-    double critical_step(const HexCoords &X) const override
-    {
-      return critical_step_fbar(X, initial);
-    }
-
-   private:
-    Prony m;
-    IsotropicElastic initial;
-  };
 
   std::unique_ptr<MaterialLaw> make(LawWords &words, std::string &complaint)
   {
@@ -39,9 +18,7 @@ namespace {
       const double G = words.number(("shear modulus G_" + number).c_str());
       m.terms.push_back({G, words.number(("decay rate beta_" + number).c_str())});
     }
-    complaint = m.validate();
-    if (!complaint.empty()) return nullptr;
-    return std::make_unique<Viscoelastic>(m);
+    return FBarLaw<Prony, PronyKernel>::make(m, m.G_0(), complaint);
   }
 
 }    // namespace

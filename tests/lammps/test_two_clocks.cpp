@@ -2,8 +2,7 @@
 //
 // timeout: 240
 
-#include "events.h"
-#include "glass_block.h"
+#include "cracking_beam.h"
 
 #include <gmock/gmock.h>
 
@@ -78,19 +77,7 @@ TEST(TwoClocks, SameMotion)
 // A crack, its conversions and a restart between two evaluations of the elements.
 TEST(TwoClocks, RestartBetweenTheClocks)
 {
-  Block block;
-  block.n[0] = 16;
-  block.n[1] = 5;
-  block.n[2] = 2;
-  block.box_hi[0] = 0.05;
-  block.convert = "5.6e7 type 2 group particles";
-  block.coeff = "connective material cohesive 6e7 10.0 0.1 contact 0.9 0.2";
-  const auto pull = [&block](Lammps &lmp) {
-    lmp.change([&](Particle &p) {
-      const double s = (p.x[0] - block.centre()[0]) / 0.016;
-      p.v = Vec3(0.0, 12.0 * (s * s - 1.0 / 3.0), 0.0) + 0.1 * random_of(p.tag, 8);
-    });
-  };
+  Block block = cracking_beam();
   Particles whole;
   std::vector<std::array<long, 2>> list;
   {
@@ -98,7 +85,7 @@ TEST(TwoClocks, RestartBetweenTheClocks)
     remove_file("whole.txt");
     Lammps lmp;
     lmp.commands(block.script() + "restart 1 clock.*.restart\n");
-    pull(lmp);
+    bend(lmp, block);
     lmp.run(103);
     lmp.command("restart 0");
     lmp.run(97);
