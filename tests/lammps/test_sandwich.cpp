@@ -6,7 +6,7 @@
 // damped until it rests.
 //
 // ranks: 1
-// timeout: 120
+// timeout: 300
 
 #include "layers.h"
 
