@@ -263,6 +263,7 @@ class FixDefe : public Fix {
   OuterFace outer_face(const DERecord &) const;
   bool mesh_dirty = false;
   bool reading = false;
+  bool mesh_from_file = false;
   bigint nhex_header = 0;      // of the data file that is read
   bigint hexes_awaited = 0;    // announced by a header, section not met yet
   tagint de_base = 0;          // DEs have the IDs above, see de_tag()
@@ -284,6 +285,7 @@ class FixDefe : public Fix {
   void mesh_shapes(Mesh &);
   void mesh_masses(const Mesh &);
   void mesh_neighbours(const Mesh &);
+  void check_orphans();
 
   // ---- kernels ----
   struct Kernel {

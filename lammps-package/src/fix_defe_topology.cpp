@@ -156,6 +156,7 @@ void FixDefe::build_topology()
   mesh_shapes(mesh);
   mesh_masses(mesh);
   mesh_neighbours(mesh);
+  if (mesh_from_file) check_orphans();
 
   // atom IDs of DEs follow those of all atoms, from the IDs of their elements
 
@@ -175,6 +176,34 @@ void FixDefe::build_topology()
     utils::logmesg(lmp,
                    "Fix defe: {} hexahedra, stable time step {:.6g} (finite), {:.6g} (discrete)\n",
                    hexes_total, dt_finite, dt_discrete);
+}
+
+/* ----------------------------------------------------------------------
+   atoms without radius that came with a mesh but belong to none of its elements: nothing would hold
+   them, and they would count in masses and energies
+------------------------------------------------------------------------- */
+
+void FixDefe::check_orphans()
+{
+  mesh_from_file = false;
+  struct {
+    bigint count = 0;
+    tagint first = MAXTAGINT;
+  } mine, all;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & groupbit) || atom->radius[i] > 0.0 || nelem[i] > 0) continue;
+    mine.count++;
+    mine.first = MIN(mine.first, atom->tag[i]);
+  }
+  MPI_Allreduce(&mine.count, &all.count, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  MPI_Allreduce(&mine.first, &all.first, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  if (all.count)
+    error->all(
+        FLERR,
+        "{} atoms without a radius, the first with ID {}, belong to no element of the mesh: "
+        "remove such orphan nodes (tools/mesh2data --drop-orphans), or give fix defe a group "
+        "without them",
+        all.count, all.first);
 }
 
 /* ----------------------------------------------------------------------
@@ -499,7 +528,7 @@ void FixDefe::read_data_header(char *line)
   // set_arrays comes after the sections: it must keep what they brought. Slots above nlocal may
   // hold leftovers of atoms that moved away.
 
-  reading = true;
+  reading = mesh_from_file = true;
   for (int i = atom->nlocal; i < atom->nmax; i++) {
     hexes[i].clear();
     de[i].reset();

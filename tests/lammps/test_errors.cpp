@@ -542,6 +542,13 @@ std::vector<Mistake> of_one_rank()
              m.part.push_back("glass");
            },
            {"Elements", "share"}),
+      mesh("orphan_nodes",
+           [](MeshFile &m) {
+             m.X.push_back(Vec3(0.01, 0.01, 0.01));
+             m.X.push_back(Vec3(0.01, 0.01, 0.02));
+             m.type.resize(m.X.size(), 1);
+           },
+           {"2 atoms without a radius, the first with ID 13, belong to no element", "orphan"}),
       // folded back: each hexahedron is good by itself
       mesh("neighbours_inside_out",
            [](MeshFile &m) {

@@ -91,3 +91,42 @@ TEST(Wave, PulseInGlassBar)
 {
   pulse(0.2, 0.04);
 }
+
+// fix viscous with rho c A at the nodes of an end takes up the wave (fix_defe.rst, Edges). A bar of one
+// row of elements without lateral contraction: there is one speed, and each of the four nodes has A = h^2/4.
+TEST(Wave, NonReflectingEnd)
+{
+  const double h = 2e-3, W = 0.04;
+  const auto left = [&](bool quiet) {
+    Lammps lmp;
+    lmp.commands(R"(
+      units           si
+      atom_style      sphere
+      newton          off on
+      comm_modify     vel yes
+      boundary        f f f
+      region          box block -0.01 0.21 -0.005 0.007 -0.005 0.007
+      create_box      1 box
+      pair_style      zero 0.002
+      pair_coeff      * *
+      fix             fe all defe material glass elastic 74.09e9 0 2500
+      create_hexes    fe glass 1 x 0 100 0.2 y 0 1 0.002 z 0 1 0.002
+      fix             move all nve
+      neighbor        0.0002 bin
+      timestep        1.5e-7
+      region          right block 0.1999 INF INF INF INF INF
+      group           right region right
+      variable        V atom (x<0.04)*cos(PI*x/0.08)^2
+      velocity        all set v_V 0 0)");
+    if (quiet) lmp.command("fix quiet right viscous " + number(rho * c * h * h / 4.0));
+    lmp.run(0);
+    const double energy = lmp.fe(TOTAL);
+    lmp.run(static_cast<bigint>((0.2 + 2.0 * W) / c / dt));
+    // the work that the dashpots take is external: total = elastic + kinetic + what they took
+    EXPECT_NEAR(lmp.fe(TOTAL) / energy, 1.0, 1e-3);
+    return (lmp.fe(E_ELEMENTS) + lmp.fe(E_KINETIC)) / energy;
+  };
+  EXPECT_NEAR(left(false), 1.0, 1e-3);
+  // of the energy; 1 % of the velocity comes back
+  EXPECT_LT(left(true), 1e-3);
+}
