@@ -74,7 +74,11 @@ struct DERecord {
   int corner;        // 0..7
   int part;
   double volume;    // reference volume
-  int newborn;      // 1 until the first force evaluation (energy of conversion)
+  // where a DE ends for balls and for facets of other parts: distance and area of the nearest of its
+  // faces that were free from the start, so that spheres of flat cells do not stand out of their
+  // surface; else its radius and the face of a cube
+  double outer_distance, outer_area;
+  int newborn;    // 1 until the first force evaluation (energy of conversion)
   int pad;
   JointSlot slot[6];
 

@@ -572,9 +572,8 @@ void FixDefe::pre_neighbor()
   outer_length.assign(nall, 0.0);
   for (int i = 0; i < nlocal; i++) {
     if (!de[i]) continue;
-    const OuterFace face = outer_face(*de[i]);
-    outer_reach[i] = face.distance;
-    outer_length[i] = 0.5 * face.area * face.area / de[i]->volume;
+    outer_reach[i] = de[i]->outer_distance;
+    outer_length[i] = 0.5 * de[i]->outer_area * de[i]->outer_area / de[i]->volume;
   }
   comm_mode = FRAME;
   comm->forward_comm(this, 5);
@@ -686,6 +685,7 @@ void FixDefe::pre_neighbor()
     jt.partner.resize(n);
     jt.present.assign(n, 0);
     jt.len.resize(n);
+    jt.area.resize(n);
     jt.half.resize(n);
     jt.material.resize(n);
     jt.half_force.assign(jt.nall, std::array<double, 18>{});
@@ -706,6 +706,8 @@ void FixDefe::pre_neighbor()
         jt.partner[d][s] = -1;
         jt.len[d][s] = jt.half[d][s] = cell.face[s].norm();
         jt.state[6 * d + s] = slot.state;
+        jt.area[d][s] = slot.area;
+        if (slot.apart > 0.0) jt.apart.push_back({d, slot.other, slot.apart});
         if (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT) continue;
         jt.len[d][s] = cell.dX[s].norm();
         if (slot.kind == DefeJoint::DE) {
@@ -722,6 +724,8 @@ void FixDefe::pre_neighbor()
           }
           jt.nb[d][s] = ~static_cast<int>(jt.tie_node.size());
           jt.tie_node.push_back(node);
+          jt.tie_element.push_back(slot.other);
+          jt.tie_part.push_back(slot.part);
         }
         if (slot.state == DefeJoint::CONNECTIVE) jt.present[d] |= 1 << s;
         if (slot.pending == 1) jt.pending.push_back(6 * d + s);
@@ -757,6 +761,10 @@ void FixDefe::JointTable::clear()
   nb.clear();
   partner.clear();
   present.clear();
+  area.clear();
+  tie_element.clear();
+  tie_part.clear();
+  apart.clear();
   len.clear();
   half.clear();
   material.clear();
@@ -770,6 +778,16 @@ void FixDefe::JointTable::clear()
   debonded.clear();
   newborn.clear();
   pending.clear();
+}
+
+double FixDefe::JointTable::distance_apart(int d, tagint other) const
+{
+  auto found = std::lower_bound(apart.begin(), apart.end(), d, [](const Apart &a, int de) {
+    return a.de < de;
+  });
+  for (; found != apart.end() && found->de == d; ++found)
+    if (found->other == other) return found->distance;
+  return 0.0;
 }
 
 /* ----------------------------------------------------------------------

@@ -165,8 +165,18 @@ class FixDefe : public Fix {
     std::vector<std::array<double, 18>> half_force;
     std::vector<double> energy;
     std::vector<unsigned char> state;    // 6 per DE, owned and ghost
-    std::vector<std::array<int, 4>> tie_node;
+    std::vector<std::array<double, 6>> area;
+    std::vector<std::array<int, 4>> tie_node;    // per tie, as the next two
+    std::vector<tagint> tie_element;
+    std::vector<signed char> tie_part;
     std::vector<double> tie_point;
+    struct Apart {
+      int de;
+      tagint other;
+      double distance;
+    };
+    std::vector<Apart> apart;    // JointSlot::apart, where there is one; by DE
+    double distance_apart(int d, tagint other) const;
     std::vector<int> pending;     // 6 * DE + slot of the joints that switch in the next step
     std::vector<int> newborn;     // DEs whose first force evaluation is to come
     std::vector<int> cohesive;    // 6 * DE + slot of the cohesive joints and ties that I compute
@@ -257,10 +267,6 @@ class FixDefe : public Fix {
   // DEs seen from outside, owned and ghost, 0 for other atoms: distance of their outer face, and its
   // A^2/2V, which times f_s K is a penalty stiffness
   std::vector<double> outer_reach, outer_length;
-  struct OuterFace {
-    double distance, area;
-  };
-  OuterFace outer_face(const DERecord &) const;
   bool mesh_dirty = false;
   bool reading = false;
   bool mesh_from_file = false;

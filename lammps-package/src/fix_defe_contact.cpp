@@ -398,7 +398,7 @@ void FixDefe::build_surfaces()
     else if (p.r > 0.0) {
       // as the face of the element had it: K A / V, four and eight times that of the DE
       const DERecord &r = *jt.rec[jt.of_atom[p.atom]];
-      cp.area = outer_face(r).area;
+      cp.area = r.outer_area;
       cp.k_own = defe::penalty_stiffness_per_area(contact_factor,
                                                   material_of(parts[p.part]).elastic().bulk(),
                                                   4.0 * cp.area, 8.0 * r.volume);
@@ -514,23 +514,6 @@ double FixDefe::ball_stiffness(int part, int i) const
 }
 
 /* ----------------------------------------------------------------------
-   where a DE ends: at the nearest of its faces that were free from the start, so that spheres of
-   flat cells do not stand out of the surface that others touch; else at its radius
-------------------------------------------------------------------------- */
-
-FixDefe::OuterFace FixDefe::outer_face(const DERecord &r) const
-{
-  const double edge = std::cbrt(r.volume);
-  OuterFace face{0.0, 0.0};
-  for (const auto &slot : r.slot) {
-    if (slot.kind != DefeJoint::NONE) continue;
-    const double distance = Vec3(slot.face).dot(Vec3(slot.normal));
-    if (face.distance == 0.0 || distance < face.distance) face = {distance, slot.area};
-  }
-  return face.distance > 0.0 ? face : OuterFace{0.5 * edge, edge * edge};
-}
-
-/* ----------------------------------------------------------------------
    balls against facets that are not larger: the penalty pressure k_A g over four points per facet,
    natural coordinates +-1/2, a quarter of the area each. These are the points and areas of
    the DEs that the element would become.
@@ -610,8 +593,10 @@ void FixDefe::ball_forces()
 
 bool FixDefe::tied(int i, tagint element) const
 {
-  for (const auto &slot : de[i]->slot)
-    if (slot.kind == DefeJoint::TIE && slot.other == element && slot.state != DefeJoint::CONTACT)
+  const int d = jt.of_atom[i];
+  for (int s = 0; s < 6; s++)
+    if (jt.nb[d][s] < 0 && jt.tie_element[~jt.nb[d][s]] == element &&
+        jt.state[6 * d + s] != DefeJoint::CONTACT)
       return true;
   return false;
 }

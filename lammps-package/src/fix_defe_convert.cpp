@@ -357,6 +357,17 @@ void FixDefe::convert_marked()
           for (int c = 0; c < 4; c++) slot.face_node[c] = face_node[c];
         }
       }
+      for (const auto &slot : r.slot) {
+        if (slot.kind != DefeJoint::NONE) continue;
+        const double distance = Vec3(slot.face).dot(Vec3(slot.normal));
+        if (r.outer_distance > 0.0 && distance >= r.outer_distance) continue;
+        r.outer_distance = distance;
+        r.outer_area = slot.area;
+      }
+      if (r.outer_distance == 0.0) {
+        r.outer_distance = eight[k].radius;
+        r.outer_area = 4.0 * eight[k].radius * eight[k].radius;
+      }
       births.push_back(birth);
     }
 

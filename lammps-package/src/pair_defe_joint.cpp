@@ -443,18 +443,17 @@ void PairDefeJoint::update_screen()
   if (!with_cohesive) return;
   for (int d = 0; d < jt.nde; d++)
     for (int s = 0; s < 6; s++) {
-      const JointSlot &slot = jt.rec[d]->slot[s];
-      const bool tie = slot.kind == DefeJoint::TIE;
-      const auto *adhesive = tie ? fix->adhesive_of(jt.material[d], slot.part) : nullptr;
-      if (tie ? !adhesive : jt.partner[d][s] < 0) continue;
       const int i = jt.self[d], j = jt.nb[d][s];
-      if (!tie && atom->tag[i] > slot.other) {
+      const bool tie = j < 0;
+      const auto *adhesive = tie ? fix->adhesive_of(jt.material[d], jt.tie_part[~j]) : nullptr;
+      if (tie ? !adhesive : jt.partner[d][s] < 0) continue;
+      if (!tie && atom->tag[i] > atom->tag[j]) {
         if (jt.partner[d][s] >= 6 * jt.nde) mirrored.push_back(6 * d + s);
         continue;
       }
-      if (slot.state != DefeJoint::CONNECTIVE) continue;
+      if (jt.state[6 * d + s] != DefeJoint::CONNECTIVE) continue;
       const auto &par = tie ? adhesive->law : coeff_of(atom->type[i], atom->type[j]).cohesive;
-      double limit = par.sigma_t * slot.area;
+      double limit = par.sigma_t * jt.area[d][s];
       if (par.reciprocal && par.beta < 1.0) limit *= par.beta;
       if (!par.reciprocal && par.beta > 1.0) limit /= par.beta;
       screen[d][s] = limit * limit * (1.0 - 1.0e-12);
@@ -854,13 +853,6 @@ void PairDefeJoint::cohesive_forces()
    of a pair that two ranks share.
 ------------------------------------------------------------------------- */
 
-const JointSlot *PairDefeJoint::joint_to(int d, tagint other) const
-{
-  for (const auto &slot : fix->jt.rec[d]->slot)
-    if (slot.kind == DefeJoint::DE && slot.other == other) return &slot;
-  return nullptr;
-}
-
 void PairDefeJoint::add_candidate(int i, int j)
 {
   if (!with_contact || j < 0) return;    // a tie: the face takes over
@@ -906,9 +898,10 @@ void PairDefeJoint::update_candidates()
     double rsq = 0.0;
     for (int k = 0; k < 3; k++) rsq += (x[i][k] - x[j][k]) * (x[i][k] - x[j][k]);
     if (rsq >= reach * reach) return;
-    const JointSlot *joint = di >= 0 ? joint_to(di, atom->tag[j]) : nullptr;
-    if (joint && joint->state != DefeJoint::CONTACT) return;
-    candidates.push_back({i, j, joint ? joint->apart : 0.0});
+    if (!with_ball)
+      for (int nb : jt.nb[di])
+        if (nb >= 0 && nb != i && atom->tag[nb] == atom->tag[j]) return;    // joined
+    candidates.push_back({i, j, with_ball ? 0.0 : jt.distance_apart(di, atom->tag[j])});
   };
 
   struct Sphere {

@@ -24,8 +24,6 @@ PairStyle(defe/joint,PairDefeJoint);
 
 namespace LAMMPS_NS {
 
-struct JointSlot;
-
 /** Bonded spheres with the three joint types. The thin variants switch stages off. */
 class PairDefeJoint : public Pair {
  public:
@@ -94,7 +92,6 @@ class PairDefeJoint : public Pair {
   void update_candidates();
   void add_candidate(int i, int j);
   void forget_touch(int i, int j);
-  const JointSlot *joint_to(int d, tagint other) const;
   int part_of_type(int) const;
   void tally(const double *del, const double *force, int i);
   void event(int d, int s, int what, double value);
