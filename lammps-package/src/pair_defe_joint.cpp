@@ -899,8 +899,12 @@ void PairDefeJoint::update_candidates()
     for (int k = 0; k < 3; k++) rsq += (x[i][k] - x[j][k]) * (x[i][k] - x[j][k]);
     if (rsq >= reach * reach) return;
     if (!with_ball)
-      for (int nb : jt.nb[di])
-        if (nb >= 0 && nb != i && atom->tag[nb] == atom->tag[j]) return;    // joined
+      for (int s = 0; s < 6; s++) {
+        const int nb = jt.nb[di][s];    // a joint may have broken since the tables were made
+        if (nb >= 0 && nb != i && atom->tag[nb] == atom->tag[j] &&
+            jt.state[6 * di + s] != DefeJoint::CONTACT)
+          return;
+      }
     candidates.push_back({i, j, with_ball ? 0.0 : jt.distance_apart(di, atom->tag[j])});
   };
 
