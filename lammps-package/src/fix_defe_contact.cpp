@@ -329,7 +329,8 @@ void FixDefe::build_surfaces()
   for (auto &c : classes) lists.emplace_back(std::move(c.second.candidates), c.second.reach);
 
   const bool born_loose = force->pair_match("defe/contact", 1) != nullptr;    // ties hold nothing
-  std::vector<std::pair<int, int>> near;                                      // point, facet
+  std::vector<std::pair<int, int>> near;    // indices of point and facet
+
   for (size_t n = 0; n < points.size(); n++) {
     const Point &p = points[n];
     const double *xp = x[p.atom];
