@@ -8,8 +8,8 @@
 //
 // timeout: 300
 
+#include "bending.h"
 #include "events.h"
-#include "lammps_run.h"
 
 #include <cmath>
 #include <fstream>
@@ -25,41 +25,18 @@ const char *const reference_file = DEFE_SOURCE_DIR "/tests/lammps/data/beam_30us
 
 std::string script(double dt, const std::string &options)
 {
-  return R"(
-    units           si
-    atom_style      sphere
-    newton          off on
-    comm_modify     vel yes
-    boundary        f f f
-    region          box block -0.11 0.11 -0.01 0.035 -0.01 0.02
-    create_box      4 box
-    pair_style      defe/joint
-    pair_coeff      4 4 connective 74.09e9 0.2 cohesive 60e6 10.0 0.1 contact 0.9 0.2
-    group           particles empty
-    fix             fe all defe material glass    elastic 74.09e9 0.2 2500 &
-                                material supports elastic 5e9 0.4 2400 &
-                                material impactor rigid 6.25e6 &
-                                convert glass 56e6 type 4 group particles &
-                                events events.txt contact )" +
-      number(contact_factor) + " " + options + R"(
-    create_hexes    fe glass    1 x -0.100 1 -0.099 99 0.099 1 0.100  y 0 10 0.020  z 0 5 0.010
-    create_hexes    fe supports 2 x -0.100 5 -0.090  y -0.004 2 0  z 0 5 0.010
-    create_hexes    fe supports 2 x  0.090 5  0.100  y -0.004 2 0  z 0 5 0.010
-    create_hexes    fe impactor 3 x -0.002 2 0.002  y 0.020 2 0.024  z 0 5 0.010
-    group           nodes    type 1 2
-    group           impactor type 3
-    region          floor block INF INF INF -0.0039 INF INF
-    group           floor region floor
-    velocity        impactor set 0 -3.13 0
-    timestep        )" +
-      number(dt) + R"(
-    neighbor        0.0002 bin
-    neigh_modify    every 1 delay 0 check yes binsize 0.002
-    fix             move1 nodes nve
-    fix             move2 particles nve/sphere
-    fix             ram   impactor rigid/nve single
-    fix             fixed floor setforce 0 0 0
-  )";
+  Bending b;
+  b.box = "-0.11 0.11 -0.01 0.035 -0.01 0.02";
+  b.glass = "material glass elastic 74.09e9 0.2 2500";
+  b.options = "convert glass 56e6 type 4 group particles events events.txt contact " +
+      number(contact_factor) + " " + options;
+  b.mesh = "create_hexes fe glass 1 x -0.100 1 -0.099 99 0.099 1 0.100 y 0 10 0.020 z 0 5 0.010";
+  b.outer = "0.100";
+  b.inner = "0.090";
+  b.height = "0.020";
+  b.block_top = "0.024";
+  b.dt = dt;
+  return b.script();
 }
 
 /// The table of issue 2, section 5, for 100 us.

@@ -3,6 +3,7 @@
 //
 // timeout: 300
 
+#include "bending.h"
 #include "events.h"
 #include "layers.h"
 
@@ -19,42 +20,19 @@ const std::string glass = "elastic 74.09e9 0.2 2500";
 std::string script(const std::string &inter, const std::string &options, const std::string &mesh,
                    double height)
 {
-  return R"(
-    units           si
-    atom_style      sphere
-    newton          off on
-    comm_modify     vel yes
-    boundary        f f f
-    region          box block -0.06 0.06 -0.012 0.04 -0.02 0.03
-    create_box      5 box
-    pair_style      defe/joint
-    pair_coeff      4 4 connective 74.09e9 0.2 cohesive 60e6 10.0 0.1 contact 0.9 0.2
-    group           particles empty
-    fix             fe all defe material glass )" +
-      glass + " part lower glass part upper glass material inter " + inter + R"( &
-                            material supports elastic 5e9 0.4 2400 material impactor rigid 6.25e6 &
-                            contact 0.2125 )" +
-      options + "\n" + mesh + R"(
-    create_hexes    fe supports 2 x -0.050 5 -0.040  y -0.004 2 0  z 0 5 0.010
-    create_hexes    fe supports 2 x  0.040 5  0.050  y -0.004 2 0  z 0 5 0.010
-    create_hexes    fe impactor 3 x -0.002 2 0.002  y )" +
-      number(height) + " 2 " + number(height + 0.004) + R"( z 0 5 0.010
-    group           nodes    type 1 2
-    group           impactor type 3
-    region          floor block INF INF INF -0.0039 INF INF
-    group           floor region floor
-    velocity        impactor set 0 -3.13 0
-    timestep        6e-8
-    neighbor        0.0002 bin
-    neigh_modify    every 1 delay 0 check yes binsize 0.002
-    fix             move1 nodes nve
-    fix             move2 particles nve/sphere
-    fix             ram   impactor rigid/nve single
-    fix             fixed floor setforce 0 0 0
-    region          sole block -0.0011 0.0011 INF 1e-4 INF INF
-    group           sole region sole
-    thermo_style    custom step
-  )";
+  Bending b;
+  b.box = "-0.06 0.06 -0.012 0.04 -0.02 0.03";
+  b.glass =
+      "material glass " + glass + " part lower glass part upper glass material inter " + inter;
+  b.options = "contact 0.2125 " + options;
+  b.mesh = mesh;
+  b.outer = "0.050";
+  b.inner = "0.040";
+  b.height = number(height);
+  b.block_top = number(height + 0.004);
+  return b.script() +
+      "region sole block -0.0011 0.0011 INF 1e-4 INF INF\ngroup sole region sole\n"
+      "thermo_style custom step\n";
 }
 
 std::vector<double> lines_of_x()

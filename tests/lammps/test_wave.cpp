@@ -14,13 +14,11 @@ constexpr double E = 74.09e9, rho = 2500.0;    // glass
 constexpr double L = 0.2, dt = 1.5e-7;         // dt: 0.9 of the critical step for nu = 0.2
 const double c = std::sqrt(E / rho);           // 5443.9 m/s
 
-/// The bar 200 x 10 x 10 mm with a velocity V(x) = cos^2(pi x/(2 W)) for x < W (a bump of full
-/// width 2 W and its mirror image at the free end x = 0). d'Alembert: half of it runs off to the
-/// right, as V(x - c t)/2.
-void pulse(double nu, double W)
+/// A free bar of 200 mm along x, width x width, with so many elements across.
+std::string bar(double nu, double width, int across)
 {
-  Lammps lmp;
-  lmp.commands(R"(
+  const std::string end = " 0 " + std::to_string(across) + " " + number(width);
+  return R"(
     units           si
     atom_style      sphere
     newton          off on
@@ -31,12 +29,17 @@ void pulse(double nu, double W)
     pair_style      zero 0.002
     pair_coeff      * *
     fix             fe all defe material glass elastic )" +
-               number(E) + " " + number(nu) + " " + number(rho) + R"(
-    create_hexes    fe glass 1 x 0 100 0.2 y 0 5 0.01 z 0 5 0.01
-    fix             move all nve
-    neighbor        0.0002 bin
-    timestep        )" +
-               number(dt));
+      number(E) + " " + number(nu) + " " + number(rho) + "\ncreate_hexes fe glass 1 x 0 100 0.2 y" +
+      end + " z" + end + "\nfix move all nve\nneighbor 0.0002 bin\ntimestep " + number(dt) + "\n";
+}
+
+/// The bar 200 x 10 x 10 mm with a velocity V(x) = cos^2(pi x/(2 W)) for x < W (a bump of full
+/// width 2 W and its mirror image at the free end x = 0). d'Alembert: half of it runs off to the
+/// right, as V(x - c t)/2.
+void pulse(double nu, double W)
+{
+  Lammps lmp;
+  lmp.commands(bar(nu, 0.01, 5));
   lmp.commands("variable W equal " + number(W) + R"(
     variable        V atom (x<v_W)*cos(PI*x/(2*v_W))^2
     velocity        all set v_V 0 0
@@ -99,21 +102,7 @@ TEST(Wave, NonReflectingEnd)
   const double h = 2e-3, W = 0.04;
   const auto left = [&](bool quiet) {
     Lammps lmp;
-    lmp.commands(R"(
-      units           si
-      atom_style      sphere
-      newton          off on
-      comm_modify     vel yes
-      boundary        f f f
-      region          box block -0.01 0.21 -0.005 0.007 -0.005 0.007
-      create_box      1 box
-      pair_style      zero 0.002
-      pair_coeff      * *
-      fix             fe all defe material glass elastic 74.09e9 0 2500
-      create_hexes    fe glass 1 x 0 100 0.2 y 0 1 0.002 z 0 1 0.002
-      fix             move all nve
-      neighbor        0.0002 bin
-      timestep        1.5e-7
+    lmp.commands(bar(0.0, h, 1) + R"(
       region          right block 0.1999 INF INF INF INF INF
       group           right region right
       variable        V atom (x<0.04)*cos(PI*x/0.08)^2
