@@ -139,8 +139,9 @@ class FixDefe : public Fix {
   /** Distance from the centre at which a sphere begins, for spheres that are not bonded to it and
       facets of other parts: of a DE its outer face, of others their radius. Owned and ghost. */
   double reach_of(int i) const;
-  /** Stiffness of a ball against a DE (N/m): that of the same area of its element, so that a contact
-      does not change at a conversion. 0 if there is no contact of surfaces. */
+  /** Stiffness of a ball or a facet of another part against a DE (N/m): f_s K A^2/2V of its outer face,
+      which is that of the same area of its element (four times A, eight times V), so that a contact does not
+      change at a conversion. 0 if there is no contact of surfaces. */
   double ball_stiffness(int part, int i) const;
   double max_de_radius(int type) const;    // largest DE of that type that can ever be born
   bigint des_total = 0;                    // on all ranks

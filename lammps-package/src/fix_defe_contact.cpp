@@ -397,12 +397,8 @@ void FixDefe::build_surfaces()
     if (p.ball)
       cp.area = 4.0 * std::atan(1.0) * p.r * p.r;
     else if (p.r > 0.0) {
-      // as the face of the element had it: K A / V, four and eight times that of the DE
-      const DERecord &r = *jt.rec[jt.of_atom[p.atom]];
-      cp.area = r.outer_area;
-      cp.k_own = defe::penalty_stiffness_per_area(contact_factor,
-                                                  material_of(parts[p.part]).elastic().bulk(),
-                                                  4.0 * cp.area, 8.0 * r.volume);
+      cp.area = jt.rec[jt.of_atom[p.atom]]->outer_area;
+      cp.k_own = ball_stiffness(p.part, p.atom) / cp.area;
     } else {
       double sum = 0.0;
       while (corner < corners.size() && corners[corner].first < p.atom) corner++;
