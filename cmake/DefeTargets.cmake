@@ -15,8 +15,13 @@ add_library(defe_options INTERFACE)
 # neither, and let the compiler vectorise loops with sqrt and comparisons.
 target_compile_options(defe_options INTERFACE
   $<$<CONFIG:Release,RelWithDebInfo>:-fno-math-errno -fno-trapping-math -ffp-contract=fast>)
+include(CheckCXXCompilerFlag)
+# A shared library's own functions may be inlined: nobody replaces them at load time.
+check_cxx_compiler_flag(-fno-semantic-interposition DEFE_HAS_NO_INTERPOSITION)
+if(DEFE_HAS_NO_INTERPOSITION)
+  target_compile_options(defe_options INTERFACE -fno-semantic-interposition)
+endif()
 if(DEFE_NATIVE)
-  include(CheckCXXCompilerFlag)
   check_cxx_compiler_flag(-march=native DEFE_HAS_MARCH_NATIVE)
   if(DEFE_HAS_MARCH_NATIVE)
     target_compile_options(defe_options INTERFACE -march=native)

@@ -144,13 +144,21 @@ void corner_areas(const GeneralCell &cell, unsigned present, Vec3 half_area[6])
 
 bool is_orthogonal(const GeneralCell &cell, double tol)
 {
-  const auto perpendicular = [tol](const Vec3 &a, const Vec3 &b) {
-    return std::abs(a.dot(b)) <= tol * std::sqrt(a.squaredNorm() * b.squaredNorm());
+  double limit_dX[6], limit_face[6];    // squared
+  for (int s = 0; s < 6; ++s) {
+    limit_dX[s] = tol * cell.dX[s].squaredNorm();
+    limit_face[s] = tol * cell.face[s].squaredNorm();
+  }
+  const auto oblique = [](const Vec3 &a, const Vec3 &b, double limit_a, double limit_b) {
+    const double dot = a.dot(b);
+    return dot * dot > limit_a * limit_b;
   };
   for (int s = 0; s < 6; ++s)
     for (int t = 2 * (s / 2) + 2; t < 6; ++t)
-      if (!perpendicular(cell.dX[s], cell.dX[t]) || !perpendicular(cell.face[s], cell.face[t]) ||
-          !perpendicular(cell.dX[s], cell.face[t]) || !perpendicular(cell.face[s], cell.dX[t]))
+      if (oblique(cell.dX[s], cell.dX[t], limit_dX[s], limit_dX[t]) ||
+          oblique(cell.face[s], cell.face[t], limit_face[s], limit_face[t]) ||
+          oblique(cell.dX[s], cell.face[t], limit_dX[s], limit_face[t]) ||
+          oblique(cell.face[s], cell.dX[t], limit_face[s], limit_dX[t]))
         return false;
   return true;
 }

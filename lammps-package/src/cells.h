@@ -66,11 +66,10 @@ struct Cells {
       from = bits;
       for (int shift = 1; shift <= far && shift < n[d]; shift++) {
         const size_t off = shift * stride, count = stride * (n[d] - shift);
-        for (size_t slab = 0; slab < bits.size(); slab += stride * n[d])
-          for (size_t i = slab; i < slab + count; i++) {
-            bits[i] |= from[i + off];
-            bits[i + off] |= from[i];
-          }
+        for (size_t slab = 0; slab < bits.size(); slab += stride * n[d]) {
+          for (size_t i = slab; i < slab + count; i++) bits[i] |= from[i + off];
+          for (size_t i = slab; i < slab + count; i++) bits[i + off] |= from[i];
+        }
       }
       stride *= n[d];
     }

@@ -26,6 +26,7 @@ struct HexPod {
   signed char nbpart[6];    // part of that element
   signed char marked;       // it converts at FixDefe::convert_step
   int part;                 // index into FixDefe::parts
+  double volume;            // reference volume
 };
 
 /** What only some elements have. */

@@ -483,6 +483,10 @@ double FixDefe::max_de_radius(int type) const
 
 void FixDefe::setup_pre_exchange()
 {
+  history_most = 0;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (const auto &h : hexes[i])
+      if (h.extra) history_most = MAX(history_most, static_cast<int>(h.extra->history.size()));
   update_maxexchange();
 
   // write_data and minimize come here too
@@ -564,9 +568,11 @@ void FixDefe::pre_neighbor()
 
   // reference positions in the periodic frame of x, for owned and ghost atoms
 
+  const auto at_home = (static_cast<imageint>(IMGMAX) << IMG2BITS) |
+      (static_cast<imageint>(IMGMAX) << IMGBITS) | IMGMAX;
   for (int i = 0; i < nlocal; i++) {
     for (int k = 0; k < 3; k++) xframe[i][k] = xref[i][k];
-    domain->unmap_inv(xframe[i], atom->image[i]);
+    if (atom->image[i] != at_home) domain->unmap_inv(xframe[i], atom->image[i]);
   }
   outer_reach.assign(nall, 0.0);
   outer_length.assign(nall, 0.0);
@@ -580,14 +586,14 @@ void FixDefe::pre_neighbor()
 
   // elements, in batches of one kernel
 
-  batches.clear();
-  std::vector<size_t> sizes(kernels.size(), 0);
-  for (int i = 0; i < nlocal; i++)
-    for (const auto &h : hexes[i])
-      if (h.kernel >= 0) sizes[h.kernel]++;
-  std::vector<int> batch_of(kernels.size(), -1);    // by kernel
+  for (auto &b : batches) b.clear();    // they keep their memory
+  exposed.clear();
   tagint lost_hex = 0, lost_node = 0;
   for (int i = 0; i < nlocal; i++) {
+    constexpr int ahead = 6;    // the elements of each node are somewhere else in memory
+    if (i + ahead < nlocal)
+      for (int line = 0; line < 3; line++)
+        __builtin_prefetch(reinterpret_cast<const char *>(hexes[i + ahead].data()) + 64 * line);
     for (auto &h : hexes[i]) {
       std::array<int, 8> idx;
       if (!local_hex(h, i, idx.data())) {
@@ -602,25 +608,17 @@ void FixDefe::pre_neighbor()
           for (int k = 0; k < 3; k++) X(k, a) = xframe[idx[a]][k];
         h.kernel = kernel_of(h.part, X);
       }
-      if (h.kernel >= static_cast<int>(batch_of.size())) batch_of.resize(h.kernel + 1, -1);
-      int &b = batch_of[h.kernel];
-      if (b < 0) {
-        b = static_cast<int>(batches.size());
-        batches.emplace_back();
-        batches[b].kernel = h.kernel;
-        batches[b].rigid = material_of(parts[h.part]).rigid();
-        batches[b].convertible = parts[h.part].convertible;
-        if (h.kernel < static_cast<int>(sizes.size())) {
-          batches[b].node.reserve(sizes[h.kernel]);
-          batches[b].hex.reserve(sizes[h.kernel]);
-        }
-      }
-      batches[b].node.push_back(idx);
-      batches[b].hex.push_back(&h);
+      Batch &b = batches[h.kernel];
+      if (contact_factor > 0.0 && std::any_of(std::begin(h.nb), std::end(h.nb), [](tagint nb) {
+            return nb <= 0;
+          }))
+        exposed.emplace_back(h.kernel, static_cast<int>(b.hex.size()));
+      b.node.push_back(idx);
+      b.hex.push_back(&h);
       if (kernels[h.kernel].history > 0) {
         auto &history = h.with_extra().history;
         history.resize(kernels[h.kernel].history, 0.0);
-        batches[b].history.push_back(history.data());
+        b.history.push_back(history.data());
       }
     }
   }
@@ -630,23 +628,38 @@ void FixDefe::pre_neighbor()
         "Node {} of element {} is missing on proc {} at step {}: it was lost, or the element "
         "is larger than the communication cutoff (raise it with comm_modify cutoff)",
         lost_node, lost_hex, comm->me, update->ntimestep);
-  for (auto &b : batches) b.bound.assign(b.node.size(), 0.0);
+  for (auto &b : batches) {
+    if (b.node.capacity() > b.node.size() + b.node.size() / 4) {
+      b.node.shrink_to_fit();
+      b.hex.shrink_to_fit();
+    }
+    b.bound.assign(b.node.size(), 0.0);
+  }
 
   // discrete elements and their joints
 
   jt.clear();
   jt.of_atom.assign(nall, -1);
   if (des_total > 0) {
-    std::vector<std::pair<int, defe::GeneralCell>> ortho, general;
+    struct Draft {
+      int atom;
+      std::array<int, 6> nb;
+      std::array<double, 6> len, half;
+    };
+    std::vector<Draft> ortho, general;
     for (int i = 0; i < nlocal; i++) {
       if (!de[i]) continue;
       DERecord &r = *de[i];
+      Draft draft;
+      draft.atom = i;
       defe::GeneralCell cell;
       cell.tie = 0;
       for (int s = 0; s < 6; s++) {
         const JointSlot &slot = r.slot[s];
+        draft.nb[s] = i;
         cell.dX[s].setZero();
         cell.face[s] = Vec3(slot.face);
+        draft.len[s] = draft.half[s] = cell.face[s].norm();
         if (slot.kind == DefeJoint::DE && slot.state != DefeJoint::CONTACT) {
           const int j = domain->closest_image(i, local_of(slot.other));
           if (j < 0)
@@ -655,15 +668,19 @@ void FixDefe::pre_neighbor()
                        "lost or deleted, or the communication cutoff is too small",
                        atom->tag[i], slot.other, comm->me, update->ntimestep);
           for (int k = 0; k < 3; k++) cell.dX[s][k] = xframe[j][k] - xframe[i][k];
+          draft.nb[s] = j;
+          draft.len[s] = cell.dX[s].norm();
         } else if (slot.kind == DefeJoint::TIE && slot.state != DefeJoint::CONTACT) {
           cell.tie |= 1 << s;
           cell.dX[s] = cell.face[s];
         }
       }
       if (defe::is_orthogonal(cell))
-        ortho.emplace_back(i, cell);
-      else
-        general.emplace_back(i, cell);
+        ortho.push_back(draft);
+      else {
+        general.push_back(draft);
+        jt.cell.push_back(cell);
+      }
     }
     const int n = static_cast<int>(ortho.size() + general.size());
     jt.nde = n;
@@ -671,9 +688,12 @@ void FixDefe::pre_neighbor()
     jt.self.reserve(n);
     for (const auto *list : {&ortho, &general})
       for (const auto &c : *list) {
-        jt.of_atom[c.first] = static_cast<int>(jt.self.size());
-        jt.self.push_back(c.first);
-        jt.rec.push_back(de[c.first].get());
+        jt.of_atom[c.atom] = static_cast<int>(jt.self.size());
+        jt.self.push_back(c.atom);
+        jt.rec.push_back(de[c.atom].get());
+        jt.nb.push_back(c.nb);
+        jt.len.push_back(c.len);
+        jt.half.push_back(c.half);
       }
     for (int i = nlocal; i < nall; i++)
       if (outer_reach[i] > 0.0) {
@@ -681,38 +701,28 @@ void FixDefe::pre_neighbor()
         jt.self.push_back(i);
       }
     jt.nall = static_cast<int>(jt.self.size());
-    jt.nb.resize(n);
     jt.partner.resize(n);
     jt.present.assign(n, 0);
-    jt.len.resize(n);
     jt.area.resize(n);
-    jt.half.resize(n);
     jt.material.resize(n);
     jt.half_force.assign(jt.nall, std::array<double, 18>{});
     jt.energy.assign(n, 0.0);
     jt.state.assign(6 * static_cast<size_t>(jt.nall), DefeJoint::CONNECTIVE);
-    jt.cell.resize(general.size());
 
     for (int d = 0; d < n; d++) {
       const int i = jt.self[d];
       DERecord &r = *jt.rec[d];
-      const auto &cell = (d < jt.north) ? ortho[d].second : general[d - jt.north].second;
-      if (d >= jt.north) jt.cell[d - jt.north] = cell;
       jt.material[d] = static_cast<unsigned char>(r.part);
       if (r.newborn) jt.newborn.push_back(d);
       for (int s = 0; s < 6; s++) {
         JointSlot &slot = r.slot[s];
-        jt.nb[d][s] = i;
         jt.partner[d][s] = -1;
-        jt.len[d][s] = jt.half[d][s] = cell.face[s].norm();
         jt.state[6 * d + s] = slot.state;
         jt.area[d][s] = slot.area;
         if (slot.apart > 0.0) jt.apart.push_back({d, slot.other, slot.apart});
         if (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT) continue;
-        jt.len[d][s] = cell.dX[s].norm();
         if (slot.kind == DefeJoint::DE) {
-          const int j = domain->closest_image(i, local_of(slot.other));
-          jt.nb[d][s] = j;
+          const int j = jt.nb[d][s];
           if (jt.of_atom[j] >= 0) jt.partner[d][s] = 6 * jt.of_atom[j] + slot.partner;
         } else {
           std::array<int, 4> node;
@@ -751,6 +761,14 @@ void FixDefe::pre_neighbor()
 }
 
 /* ---------------------------------------------------------------------- */
+
+void FixDefe::Batch::clear()
+{
+  node.clear();
+  hex.clear();
+  bound.clear();
+  history.clear();
+}
 
 void FixDefe::JointTable::clear()
 {
@@ -815,11 +833,12 @@ void FixDefe::hex_coords(const int *idx, HexCoords &x, HexCoords &X) const
 
 bool FixDefe::local_hex(const HexRecord &h, int anchor, int *idx) const
 {
+  const bool images = atom->nghost > 0;
   idx[0] = anchor;
   for (int a = 1; a < 8; a++) {
     const int j = local_of(h.node[a]);
     if (j < 0) return false;
-    idx[a] = (atom->sametag[j] < 0) ? j : domain->closest_image(anchor, j);
+    idx[a] = (images && atom->sametag[j] >= 0) ? domain->closest_image(anchor, j) : j;
   }
   return true;
 }
@@ -848,6 +867,11 @@ int FixDefe::kernel_of(int part, const HexCoords &X)
     k.history = k.kernel->history_size();
   }
   kernels.push_back(std::move(k));
+  Batch b;
+  b.kernel = static_cast<int>(batches.size());
+  b.rigid = m.rigid();
+  b.convertible = parts[part].convertible;
+  batches.push_back(std::move(b));
   return static_cast<int>(kernels.size()) - 1;
 }
 
@@ -1447,12 +1471,18 @@ int FixDefe::unpack_exchange(int i, double *buf)
 
 void FixDefe::update_maxexchange()
 {
-  int n = 0;
-  for (int i = 0; i < atom->nlocal; i++) n = MAX(n, record_size(i));
+  for (const auto &k : kernels) history_most = MAX(history_most, k.history);
+  int touches = 0;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (touch[i])
+      touches = MAX(touches,
+                    TOUCH_SIZE * static_cast<int>(touch[i]->faces.size()) +
+                        SPHERE_SIZE * static_cast<int>(touch[i]->spheres.size()));
 
-  // a conversion that follows makes DEs, and shields for the elements beside
+  // more than any atom has, also after a conversion that follows
 
-  maxexchange = MAX(n, RECORD_SIZE + DE_SIZE) + hexes_per_node * (HEX_SIZE + 2 + 4 * MAX_SHIELDS);
+  maxexchange = RECORD_SIZE + DE_SIZE + touches +
+      hexes_per_node * (HEX_SIZE + 2 + 4 * MAX_SHIELDS + history_most);
 }
 
 /* ----------------------------------------------------------------------
@@ -1494,7 +1524,11 @@ int FixDefe::maxsize_restart()
 }
 
 namespace {
+// of restart files; another one whenever what is in a record changes
+constexpr char FORMAT[8] = "DEFE 2";
+
 struct GlobalState {
+  char format[8];
   double ledger[8];
   bigint des_total, hexes_total, conversions_total;
   tagint de_base, last_element;
@@ -1520,6 +1554,7 @@ void FixDefe::write_restart(FILE *fp)
   double mine[8] = {ledger.fracture,    ledger.release,      ledger.damping,  ledger.friction,
                     ledger.conv_strain, ledger.conv_kinetic, ledger.external, ledger.viscous};
   GlobalState g;
+  memcpy(g.format, FORMAT, sizeof(FORMAT));
 
   // asked of rank 0 alone, after this
 
@@ -1582,6 +1617,10 @@ void FixDefe::restart(char *buf)
 {
   GlobalState g;
   memcpy(static_cast<void *>(&g), buf, sizeof(GlobalState));
+  if (memcmp(g.format, FORMAT, sizeof(FORMAT)) != 0)
+    error->all(FLERR,
+               "The restart file was written by another version of fix defe: go on with that "
+               "version, or begin anew");
   buf += sizeof(GlobalState);
   int nradius, nparts;
   memcpy(&nradius, buf, sizeof(int));

@@ -310,8 +310,9 @@ class FixDefe : public Fix {
     std::vector<HexRecord *> hex;
     std::vector<double> bound;
     std::vector<double *> history;    // empty if the material has none
+    void clear();
   };
-  std::vector<Batch> batches;
+  std::vector<Batch> batches;    // one per kernel, of this rank's elements
   int kernel_of(int part, const defe::fe::HexCoords &X);
 
   // ---- surfaces ----
@@ -332,9 +333,10 @@ class FixDefe : public Fix {
     defe::Vec3 mid, normal, to_xi, to_eta;
     double warp, half_xi, half_eta;
     void set(const double *, const double *, const double *, const double *);
-    double distance(const double *) const;
+    bool beyond(const double *, double limit) const;
   };
   std::vector<FacetPlane> facet_planes;
+  bool planes_fresh = false;    // those known are of the positions now
   struct ContactPair {
     int point;    // atom
     int first, count;
@@ -360,7 +362,8 @@ class FixDefe : public Fix {
   std::vector<BallPair> ball_pairs;
   void ball_forces();
   bool tied(int de, tagint element) const;
-  double contact_energy = 0.0;    // at the last force evaluation, this rank
+  double contact_energy = 0.0;                 // at the last force evaluation, this rank
+  std::vector<std::pair<int, int>> exposed;    // batch and number of elements with free faces
   void build_surfaces();
   void contact_forces();
 
@@ -454,6 +457,7 @@ class FixDefe : public Fix {
   void continue_with_kept_forces();
 
   int restart_maxsize = 0;    // of the record of any atom on any rank
+  int history_most = 0;       // doubles of material history that an element has
   int local_of(tagint) const;
   tagint de_tag(tagint element, int corner) const
   {

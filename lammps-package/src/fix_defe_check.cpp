@@ -29,6 +29,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -499,6 +500,19 @@ void FixDefe::stop_exploded()
 
 void FixDefe::watch_walls()
 {
+  // a quick look first
+
+  double lo[3], hi[3];
+  for (int d = 0; d < 3; d++) {
+    lo[d] = domain->boundary[d][0] == 1 ? domain->boxlo[d] : -std::numeric_limits<double>::max();
+    hi[d] = domain->boundary[d][1] == 1 ? domain->boxhi[d] : HUGE_VAL;
+  }
+  const double *all = atom->nlocal ? atom->x[0] : nullptr;
+  int outside = 0;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int d = 0; d < 3; d++) outside += !(all[3 * i + d] >= lo[d] && all[3 * i + d] < hi[d]);
+  if (!outside) return;
+
   const bool may_go = output->thermo && output->thermo->lostflag != Thermo::ERROR;
   for (int i = 0; i < atom->nlocal; i++) {
     if (!de[i] && nelem[i] == 0) continue;

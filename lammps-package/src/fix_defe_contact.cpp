@@ -88,26 +88,22 @@ void FixDefe::build_surfaces()
   if (!(contact_factor > 0.0)) return;
 
   const int nlocal = atom->nlocal;
-
   // elements with a face to the outside: mine, and those of the ranks around
 
   struct Exposed {
     const HexPod *hex;
     const int *idx;
   };
-  std::vector<Exposed> exposed;
+  std::vector<Exposed> around;
+  around.reserve(exposed.size());
   std::deque<std::array<int, 8>> ghost_idx;
   const bool ghosts = comm->nprocs > 1 || domain->xperiodic || domain->yperiodic ||
       domain->zperiodic;
-  for (auto &b : batches)
-    for (size_t e = 0; e < b.hex.size(); e++) {
-      const HexPod &h = *b.hex[e];
-      bool outside = false;
-      for (tagint nb : h.nb) outside = outside || nb <= 0;
-      if (!outside) continue;
-      exposed.push_back({&h, b.node[e].data()});
-      if (ghosts) surface_at[b.node[e][0]].push_back(h);
-    }
+  for (const auto &e : exposed) {
+    const Batch &b = batches[e.first];
+    around.push_back({b.hex[e.second], b.node[e.second].data()});
+    if (ghosts) surface_at[b.node[e.second][0]].push_back(*b.hex[e.second]);
+  }
   if (ghosts) {
     comm_mode = SURFACE;
     for (comm_round = 0; comm_round < hexes_per_node; comm_round++)
@@ -137,29 +133,34 @@ void FixDefe::build_surfaces()
         // otherwise it is farther away than anything of mine can touch
         if (!complete) continue;
         ghost_idx.push_back(idx);
-        exposed.push_back({&h, ghost_idx.back().data()});
+        around.push_back({&h, ghost_idx.back().data()});
       }
   }
 
   // their faces, as they are now
 
   struct Face {
-    int hex, face;    // index into exposed, local number
+    int hex, face;    // index into around, local number
     double centre[3];
     double extent, skew;    // squared, see farthest_behind()
     size_t cell;
   };
   std::vector<Face> faces;
-  faces.reserve(3 * exposed.size());
+  faces.reserve(2 * around.size());
   double **x = atom->x;
+  const double *coords = &x[0][0];
   double extent_max = 0.0, skew_max = 0.0;
   Cells space;
-  for (size_t e = 0; e < exposed.size(); e++)
+  for (size_t e = 0; e < around.size(); e++)
     for (int f = 0; f < 6; f++) {
-      if (exposed[e].hex->nb[f] > 0) continue;
+      if (around[e].hex->nb[f] > 0) continue;
       const double *p[4];
-      for (int a = 0; a < 4; a++) p[a] = x[exposed[e].idx[defe::fe::hex_face[f][a]]];
-      Face face{static_cast<int>(e), f, {0.0, 0.0, 0.0}, 0.0, 0.0, 0};
+      for (int a = 0; a < 4; a++) p[a] = coords + 3 * around[e].idx[defe::fe::hex_face[f][a]];
+      faces.emplace_back();
+      Face &face = faces.back();
+      face.hex = static_cast<int>(e);
+      face.face = f;
+      face.extent = face.skew = 0.0;
       for (int d = 0; d < 3; d++) {
         face.centre[d] = 0.25 * (p[0][d] + p[1][d] + p[2][d] + p[3][d]);
         const double skew = 0.25 * (p[0][d] - p[1][d] + p[2][d] - p[3][d]);
@@ -169,7 +170,6 @@ void FixDefe::build_surfaces()
       extent_max = std::max(extent_max, face.extent);
       skew_max = std::max(skew_max, face.skew);
       space.add(face.centre);
-      faces.push_back(face);
     }
   extent_max = std::sqrt(extent_max);
   skew_max = std::sqrt(skew_max);
@@ -210,7 +210,7 @@ void FixDefe::build_surfaces()
   std::vector<unsigned> who(space.count(), 0);
   for (auto &face : faces) {
     face.cell = space.of(face.centre);
-    who[face.cell] |= bit(exposed[face.hex].hex->part);
+    who[face.cell] |= bit(around[face.hex].hex->part);
   }
   for (int d = 0; d < jt.nde; d++) who[space.of(x[jt.self[d]])] |= SEVERAL;
   for (int i : balls) who[space.of(x[i])] |= SEVERAL;
@@ -219,52 +219,47 @@ void FixDefe::build_surfaces()
   std::vector<int> hex_of_facet;
   std::vector<double> extent, behind;
   for (const auto &face : faces) {
-    const HexPod &h = *exposed[face.hex].hex;
+    const HexPod &h = *around[face.hex].hex;
     const unsigned there = who[face.cell];
     if ((there & (there - 1)) == 0) {    // one part only
       bool hit = false;
       for (int i : large_balls) hit = hit || ball_is_near(i, face.centre, extent_max);
       if (!hit) continue;
     }
-    Facet facet;
+    facets.emplace_back();
+    Facet &facet = facets.back();
     facet.element = h.id;
     facet.face = face.face;
     facet.part = h.part;
     facet.outer = (h.nb[face.face] == 0);
-    facet.mine = (exposed[face.hex].idx[0] < nlocal);
+    facet.mine = (around[face.hex].idx[0] < nlocal);
     for (int d = 0; d < 3; d++) facet.centre[d] = face.centre[d];
     for (int k = 0; k < 4; k++)
-      facet.node[k] = exposed[face.hex].idx[defe::fe::hex_face[face.face][k]];
+      facet.node[k] = around[face.hex].idx[defe::fe::hex_face[face.face][k]];
     facet.size = std::sqrt(std::max(dist_sq(xframe[facet.node[2]], xframe[facet.node[0]]),
                                     dist_sq(xframe[facet.node[3]], xframe[facet.node[1]])));
     facet.area = 0.0;
     facet.k_area = material_of(parts[h.part]).rigid() ? -1.0 : 0.0;
-    facets.push_back(facet);
     hex_of_facet.push_back(face.hex);
     extent.push_back(std::sqrt(face.extent));
     behind.push_back(farthest_behind(extent.back(), facet.size, std::sqrt(face.skew)));
   }
   facet_planes.resize(facets.size());
   for (auto &g : facet_planes) g.known = false;
+  planes_fresh = true;
 
   // area and stiffness only of facets that are used
 
-  std::vector<double> volume(exposed.size(), 0.0);
   const auto complete = [&](int k) {
     Facet &f = facets[k];
     if (f.area > 0.0) return;
-    const int *idx = exposed[hex_of_facet[k]].idx;
-    HexCoords X;
-    for (int a = 0; a < 8; a++)
-      for (int d = 0; d < 3; d++) X(d, a) = xframe[idx[a]][d];
     Vec3 P[4];
-    for (int a = 0; a < 4; a++) P[a] = X.col(defe::fe::hex_face[f.face][a]);
+    for (int a = 0; a < 4; a++) P[a] = Vec3(xframe[f.node[a]]);
     f.area = defe::fe::face_area(P);
     if (f.k_area < 0.0) return;
     const double bulk = material_of(parts[f.part]).elastic().bulk();
-    double &v = volume[hex_of_facet[k]];
-    if (v == 0.0) v = defe::fe::volume(X);
-    f.k_area = defe::penalty_stiffness_per_area(contact_factor, bulk, f.area, v);
+    const double volume = around[hex_of_facet[k]].hex->volume;
+    f.k_area = defe::penalty_stiffness_per_area(contact_factor, bulk, f.area, volume);
   };
 
   for (size_t k = 0; k < facets.size() && !balls.empty(); k++) {
@@ -288,13 +283,11 @@ void FixDefe::build_surfaces()
   std::vector<int> part_of(nlocal, MAXSMALLINT);
   for (const auto &f : facets) {
     if (!f.outer) continue;
-    for (int i : f.node) {
-      if (i >= nlocal) continue;
-      if (part_of[i] == MAXSMALLINT) points.push_back({i, 0, 0.0, false});
-      part_of[i] = MIN(part_of[i], f.part);    // a node that parts share belongs to the first
-    }
+    for (int i : f.node)
+      if (i < nlocal) part_of[i] = MIN(part_of[i], f.part);    // one that parts share: the first
   }
-  for (auto &p : points) p.part = part_of[p.atom];
+  for (int i = 0; i < nlocal; i++)
+    if (part_of[i] < MAXSMALLINT) points.push_back({i, part_of[i], 0.0, false});
   for (int d = 0; d < jt.nde; d++)
     points.push_back({jt.self[d], jt.rec[d]->part, outer_reach[jt.self[d]], false});
   for (int i : balls)
@@ -317,7 +310,7 @@ void FixDefe::build_surfaces()
   for (size_t k = 0; k < facets.size(); k++) {
     const Facet &f = facets[k];
     const double mine = std::max(extent[k] + rmax, behind[k]) + neighbor->skin;
-    auto &c = classes[std::ilogb(mine / reach)];
+    auto &c = classes[std::ilogb(reach / mine)];
     c.reach = std::max(c.reach, mine);
     c.candidates.push_back({{f.centre[0], f.centre[1], f.centre[2]},
                             extent[k],
@@ -330,12 +323,19 @@ void FixDefe::build_surfaces()
 
   const bool born_loose = force->pair_match("defe/contact", 1) != nullptr;    // ties hold nothing
   std::vector<std::pair<int, int>> near;    // indices of point and facet
+  // an order that no list of atoms or facets has made
+  const auto by_identity = [this](int a, int b) {
+    const Facet &fa = facets[a], &fb = facets[b];
+    if (fa.part != fb.part) return fa.part < fb.part;
+    return fa.element != fb.element ? fa.element < fb.element : fa.face < fb.face;
+  };
 
   for (size_t n = 0; n < points.size(); n++) {
     const Point &p = points[n];
     const double *xp = x[p.atom];
     const bool is_node = p.r == 0.0, de_point = !is_node && !p.ball;
     const bool rigid = !p.ball && material_of(parts[p.part]).rigid();
+    const size_t before = near.size();
     for (const auto &list : lists)
       list.runs_around(xp, [&](int first, int last) {
         for (int c = first; c < last; c++) {
@@ -348,7 +348,7 @@ void FixDefe::build_surfaces()
           if (dist_sq(xp, f.x) > cut * cut) continue;
           const Facet &facet = facets[f.facet];
           const double deep = same ? p.r : std::max(p.r, DEEPEST * facet.size);
-          if (plane_of(f.facet).distance(xp) > deep + neighbor->skin) continue;
+          if (plane_of(f.facet).beyond(xp, deep + neighbor->skin)) continue;
           if (p.ball && presses_on_area(p.r, facet.size)) continue;
           if (facet.k_area < 0.0 && (p.ball || rigid)) continue;
           // a DE is tied to this element; if that cannot end, it need not be looked at again
@@ -358,31 +358,38 @@ void FixDefe::build_surfaces()
           near.emplace_back(static_cast<int>(n), f.facet);
         }
       });
+    if (near.size() > before + 1)
+      std::sort(near.begin() + before, near.end(), [&](const auto &a, const auto &b) {
+        return by_identity(a.second, b.second);
+      });
   }
 
-  // in an order that no list of atoms or facets has made; pairs of a point with each part
+  // the outer facets of each node among them, of all parts
 
-  std::sort(near.begin(), near.end(), [&](const auto &a, const auto &b) {
-    if (a.first != b.first) return points[a.first].atom < points[b.first].atom;
-    const Facet &fa = facets[a.second], &fb = facets[b.second];
-    if (fa.part != fb.part) return fa.part < fb.part;
-    return fa.element != fb.element ? fa.element < fb.element : fa.face < fb.face;
+  std::vector<int> first_corner(1, 0), corners;    // by number of the node: ~number is in part_of
+  for (const auto &n : near) {
+    if (points[n.first].r > 0.0 || part_of[points[n.first].atom] < 0) continue;
+    part_of[points[n.first].atom] = ~static_cast<int>(first_corner.size() - 1);
+    first_corner.push_back(0);
+  }
+  const auto for_corners = [&](auto f) {
+    for (size_t k = 0; k < facets.size(); k++)
+      if (facets[k].outer)
+        for (int i : facets[k].node)
+          if (i < nlocal && part_of[i] < 0) f(~part_of[i], static_cast<int>(k));
+  };
+  for_corners([&](int node, int) {
+    first_corner[node + 1]++;
   });
-  // the outer facets of the nodes among them
-  std::vector<std::pair<int, int>> corners;
-  for (const auto &n : near)
-    if (points[n.first].r == 0.0) part_of[points[n.first].atom] = -1;
-  for (size_t k = 0; k < facets.size(); k++)
-    if (facets[k].outer)
-      for (int i : facets[k].node)
-        if (i < nlocal && part_of[i] == -1) corners.emplace_back(i, static_cast<int>(k));
-  std::sort(corners.begin(), corners.end(), [&](const auto &a, const auto &b) {
-    if (a.first != b.first) return a.first < b.first;
-    const Facet &fa = facets[a.second], &fb = facets[b.second];
-    return fa.element != fb.element ? fa.element < fb.element : fa.face < fb.face;
+  for (size_t k = 1; k < first_corner.size(); k++) first_corner[k] += first_corner[k - 1];
+  corners.resize(first_corner.back());
+  std::vector<int> next(first_corner.begin(), first_corner.end() - 1);
+  for_corners([&](int node, int facet) {
+    corners[next[node]++] = facet;
   });
 
-  size_t corner = 0;
+  // pairs of a point with each part
+
   for (size_t k = 0; k < near.size();) {
     const int n = near[k].first;
     const Point &p = points[n];
@@ -401,9 +408,10 @@ void FixDefe::build_surfaces()
       cp.k_own = ball_stiffness(p.part, p.atom) / cp.area;
     } else {
       double sum = 0.0;
-      while (corner < corners.size() && corners[corner].first < p.atom) corner++;
-      for (; corner < corners.size() && corners[corner].first == p.atom; corner++) {
-        const int own = corners[corner].second;
+      const int node = ~part_of[p.atom];
+      std::sort(&corners[first_corner[node]], &corners[0] + first_corner[node + 1], by_identity);
+      for (int c = first_corner[node]; c < first_corner[node + 1]; c++) {
+        const int own = corners[c];
         if (facets[own].part != p.part) continue;
         complete(own);
         sum += facets[own].k_area;
@@ -455,18 +463,19 @@ void FixDefe::FacetPlane::set(const double *x0, const double *x1, const double *
 }
 
 /* ----------------------------------------------------------------------
-   not more than the distance of a point from the facet
+   whether a point is certainly farther than this from the facet
    Four fifths of the way beside it are on the safe side for skewed facets.
 ------------------------------------------------------------------------- */
 
-double FixDefe::FacetPlane::distance(const double *x) const
+bool FixDefe::FacetPlane::beyond(const double *x, double limit) const
 {
   const Vec3 del = Vec3(x) - mid;
+  const double above = std::max(0.0, std::abs(del.dot(normal)) - warp);
+  if (above > limit) return true;
   const double beside_xi = half_xi * (std::abs(del.dot(to_xi)) - 1.0);
   const double beside_eta = half_eta * (std::abs(del.dot(to_eta)) - 1.0);
-  const double beside = 0.8 * std::max(0.0, std::max(beside_xi, beside_eta)) - warp;
-  const double above = std::abs(del.dot(normal)) - warp;
-  return std::sqrt(std::pow(std::max(0.0, beside), 2) + std::pow(std::max(0.0, above), 2));
+  const double beside = std::max(0.0, 0.8 * std::max(beside_xi, beside_eta) - warp);
+  return beside * beside + above * above > limit * limit;
 }
 
 const FixDefe::FacetPlane &FixDefe::plane_of(int k)
@@ -613,7 +622,9 @@ void FixDefe::contact_forces()
   const double dt = update->dt;
   const bool minimizing = (update->whichflag == 2);    // then there are no velocities
   contact_energy = 0.0;
-  for (auto &g : facet_planes) g.known = false;
+  if (!planes_fresh)
+    for (auto &g : facet_planes) g.known = false;
+  planes_fresh = false;
   if (!ball_pairs.empty()) ball_forces();
 
   for (const auto &cp : contact_pairs) {

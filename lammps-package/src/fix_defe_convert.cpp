@@ -284,8 +284,7 @@ void FixDefe::convert_marked()
     hex_coords(o.idx->data(), xe, Xe);
     for (int a = 0; a < 8; a++)
       for (int k = 0; k < 3; k++) ve(k, a) = v[(*o.idx)[a]][k];
-    const double volume = defe::fe::volume(Xe);
-    const double mass = material_of(p).elastic().rho * volume;
+    const double mass = material_of(p).elastic().rho * h.volume;
     for (int a = 0; a < 8; a++) {
       loss_mass[(*o.idx)[a]] += 0.125 * mass;
       loss_count[(*o.idx)[a]]++;
@@ -474,7 +473,8 @@ void FixDefe::convert_marked()
 
   // local indices are void until the next reneighbouring
 
-  batches.clear();
+  for (auto &b : batches) b.clear();
+  exposed.clear();
   jt.clear();
   contact_pairs.clear();
   ball_pairs.clear();

@@ -170,6 +170,7 @@ void FixDefe::build_topology()
                last_de);
 
   kernels.clear();
+  batches.clear();
   for (auto *h : mesh.hex) h->kernel = -1;
 
   if (comm->me == 0)
@@ -288,7 +289,7 @@ void FixDefe::mesh_shapes(Mesh &mesh)
     }
 
     for (int e = first; e < last; e++) {
-      const HexRecord &h = *mesh.hex[e];
+      HexRecord &h = *mesh.hex[e];
       const HexCoords &X = coords[e - first];
       double &mass = mesh.mass[e];
       const Part &p = parts[h.part];
@@ -314,15 +315,15 @@ void FixDefe::mesh_shapes(Mesh &mesh)
         error->one(FLERR, "Part {}: {}; the node order must be that of Abaqus C3D8", p.name,
                    defe::fe::describe_bad_hex(h.id, X, check));
       if (check.verdict == defe::fe::HexCheck::suspicious) suspicious++;
-      const double volume = defe::fe::volume(X);
       const Material &m = material_of(p);
-      mass = m.elastic().rho * volume;
+      h.volume = defe::fe::volume(X);
+      mass = m.elastic().rho * h.volume;
       diagonal = MAX(diagonal, defe::fe::max_diagonal(X));
       facet = MAX(facet, defe::fe::max_face_diagonal(X));
       for (int a = 0; a < 8; a++)
         for (int axis = 0; axis < 3; axis++)
           shortest = MIN(shortest, (X.col(defe::fe::hex_edge_neighbor(a, axis)) - X.col(a)).norm());
-      size_sum[2 * h.part] += std::cbrt(volume);
+      size_sum[2 * h.part] += std::cbrt(h.volume);
       size_sum[2 * h.part + 1] += 1.0;
       if (!m.rigid()) {
         double step = -1.0, step_de = 1.0e300;
@@ -341,7 +342,7 @@ void FixDefe::mesh_shapes(Mesh &mesh)
         dt_de = MIN(dt_de, step_de);
       }
       if (p.convertible) {
-        double r = 0.5 * std::cbrt(volume / 8.0);
+        double r = 0.5 * std::cbrt(h.volume / 8.0);
         if (!defe::fe::is_box(X))
           for (const auto &d : defe::convert_hex(X, X, HexCoords::Zero(), mass))
             r = MAX(r, d.radius);

@@ -7,7 +7,9 @@
 
 #include <gmock/gmock.h>
 
+#include <fstream>
 #include <functional>
+#include <iterator>
 
 #include <cmath>
 #include <set>
@@ -620,6 +622,35 @@ TEST(Restart, TwoClocks)
     lmp.run(220 - step);
     expect_same(whole, state_of(lmp, "clock.txt", 72, MPI_COMM_WORLD),
                 "step " + std::to_string(step));
+  }
+}
+
+// Records of another version would be read as nonsense.
+TEST(Restart, OfAnotherVersion)
+{
+  const Block block = cracking_beam();
+  {
+    Lammps lmp;
+    lmp.commands(block.script() + "run 0\nwrite_restart version.restart\n");
+  }
+  int rank;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  if (rank == 0) {
+    std::fstream file("version.restart", std::ios::in | std::ios::out | std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+    const auto at = bytes.find("DEFE 2");
+    ASSERT_NE(at, std::string::npos);
+    file.seekp(static_cast<std::streamoff>(at));
+    file << "DEFE 1";
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  Lammps lmp;
+  lmp.commands(block.header() + "read_restart version.restart\n");
+  try {
+    lmp.commands(block.fix_only());
+    FAIL();
+  } catch (LAMMPS_NS::LAMMPSException &e) {
+    EXPECT_THAT(e.what(), HasSubstr("another version of fix defe"));
   }
 }
 
