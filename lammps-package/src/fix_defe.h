@@ -23,6 +23,7 @@ FixStyle(defe,FixDefe);
 #include "defe/fe/material_law.h"
 
 #include <array>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <string>
@@ -329,13 +330,17 @@ class FixDefe : public Fix {
   };
   std::vector<Facet> facets;
   struct FacetPlane {
-    bool known;    // in this step
+    bigint known = -1;    // what plane_stamp was then
     defe::Vec3 mid, normal, to_xi, to_eta;
-    double warp, half_xi, half_eta;
+    double warp;
+    double edge_xi, edge_eta, area;    // squares of half the edges and of a quarter of the area
+    double half_xi() const { return std::sqrt(area / edge_eta); }    // heights, from the middle
+    double half_eta() const { return std::sqrt(area / edge_xi); }
     void set(const double *, const double *, const double *, const double *);
-    bool beyond(const double *, double limit) const;
+    bool beyond(const double *, double r, double depth, double drift) const;
   };
   std::vector<FacetPlane> facet_planes;
+  bigint plane_stamp = 0;       // another one for new positions
   bool planes_fresh = false;    // those known are of the positions now
   struct ContactPair {
     int point;    // atom

@@ -30,6 +30,7 @@
 #include "defe/fe/hex8.h"
 
 #include <algorithm>
+#include <cfloat>
 #include <cmath>
 #include <deque>
 #include <map>
@@ -44,11 +45,11 @@ using defe::fe::HexCoords;
 // of a contact strain differently, and a node must not drop off an edge that it is flush with
 static constexpr double EDGE_MARGIN = 0.15;
 
+// the same in the coordinates of a parallelogram, with room for facets that are none
+static constexpr double ROUGH_MARGIN = 0.25;
+
 // a point deeper than this (in facet sizes) is not in contact with this face
 static constexpr double MAX_DEPTH = 0.35;
-
-// and this is more than the distance, in facet sizes, from which a point behind or beside it can be
-static constexpr double DEEPEST = MAX_DEPTH + 0.71 * EDGE_MARGIN;
 
 static double dist_sq(const double *a, const double *b)
 {
@@ -245,7 +246,7 @@ void FixDefe::build_surfaces()
     behind.push_back(farthest_behind(extent.back(), facet.size, std::sqrt(face.skew)));
   }
   facet_planes.resize(facets.size());
-  for (auto &g : facet_planes) g.known = false;
+  plane_stamp++;
   planes_fresh = true;
 
   // area and stiffness only of facets that are used
@@ -322,6 +323,8 @@ void FixDefe::build_surfaces()
   for (auto &c : classes) lists.emplace_back(std::move(c.second.candidates), c.second.reach);
 
   const bool born_loose = force->pair_match("defe/contact", 1) != nullptr;    // ties hold nothing
+  // beside its edges a facet that turns moves farther than its nodes
+  const double drift = (1.0 + EDGE_MARGIN) * neighbor->skin;
   std::vector<std::pair<int, int>> near;    // indices of point and facet
   // an order that no list of atoms or facets has made
   const auto by_identity = [this](int a, int b) {
@@ -347,8 +350,8 @@ void FixDefe::build_surfaces()
               (same ? f.front + p.r : std::max(f.front + p.r, f.behind)) + neighbor->skin;
           if (dist_sq(xp, f.x) > cut * cut) continue;
           const Facet &facet = facets[f.facet];
-          const double deep = same ? p.r : std::max(p.r, DEEPEST * facet.size);
-          if (plane_of(f.facet).beyond(xp, deep + neighbor->skin)) continue;
+          const double depth = same ? 0.0 : MAX_DEPTH * facet.size;
+          if (plane_of(f.facet).beyond(xp, p.r, depth, drift)) continue;
           if (p.ball && presses_on_area(p.r, facet.size)) continue;
           if (facet.k_area < 0.0 && (p.ball || rigid)) continue;
           // a DE is tied to this element; if that cannot end, it need not be looked at again
@@ -448,34 +451,44 @@ void FixDefe::build_surfaces()
 void FixDefe::FacetPlane::set(const double *x0, const double *x1, const double *x2,
                               const double *x3)
 {
-  known = true;
   const Vec3 p0(x0), p1(x1), p2(x2), p3(x3);
   mid = 0.25 * (p0 + p1 + p2 + p3);
   const Vec3 a = 0.25 * (p1 + p2 - p0 - p3), b = 0.25 * (p2 + p3 - p0 - p1);
-  normal = a.cross(b).normalized();
+  edge_xi = a.squaredNorm();
+  edge_eta = b.squaredNorm();
+  const double ab = a.dot(b);
+  area = edge_xi * edge_eta - ab * ab;
+  normal = a.cross(b) / std::sqrt(std::max(area, DBL_MIN));
   warp = 0.25 * std::abs((p0 - p1 + p2 - p3).dot(normal));
-  const double aa = a.squaredNorm(), ab = a.dot(b), bb = b.squaredNorm();
-  const double det = aa * bb - ab * ab;
-  to_xi = (bb * a - ab * b) / det;
-  to_eta = (aa * b - ab * a) / det;
-  half_xi = std::sqrt(det / bb);    // heights of the parallelogram, from the middle
-  half_eta = std::sqrt(det / aa);
+  const double inverse = 1.0 / area;
+  to_xi = inverse * (edge_eta * a - ab * b);
+  to_eta = inverse * (edge_xi * b - ab * a);
 }
 
 /* ----------------------------------------------------------------------
-   whether a point is certainly farther than this from the facet
+   whether a point of radius r cannot touch the facet from in front, nor get under it by less than
+   depth, before it has come nearer by drift
    Four fifths of the way beside it are on the safe side for skewed facets.
 ------------------------------------------------------------------------- */
 
-bool FixDefe::FacetPlane::beyond(const double *x, double limit) const
+bool FixDefe::FacetPlane::beyond(const double *x, double r, double depth, double drift) const
 {
   const Vec3 del = Vec3(x) - mid;
-  const double above = std::max(0.0, std::abs(del.dot(normal)) - warp);
-  if (above > limit) return true;
-  const double beside_xi = half_xi * (std::abs(del.dot(to_xi)) - 1.0);
-  const double beside_eta = half_eta * (std::abs(del.dot(to_eta)) - 1.0);
-  const double beside = std::max(0.0, 0.8 * std::max(beside_xi, beside_eta) - warp);
-  return beside * beside + above * above > limit * limit;
+  const double height = del.dot(normal);
+  if (height > r + warp + drift || -height > depth + warp + drift) return true;
+  for (int k = 0; k < 2; k++) {
+    const double over = std::abs(del.dot(k ? to_eta : to_xi)) - 1.0;
+    if (over <= 0.0) continue;
+    const double half = k ? half_eta() : half_xi();
+    const double margin = 0.8 * ROUGH_MARGIN * half;
+    const double beside = 0.8 * over * half - warp;
+    if (beside > std::max(r, margin) + drift) return true;
+    const double above = height - warp;    // a sphere beside and in front
+    if (above > 0.0 && beside > margin + drift &&
+        beside * beside + above * above > (r + drift) * (r + drift))
+      return true;
+  }
+  return false;
 }
 
 const FixDefe::FacetPlane &FixDefe::plane_of(int k)
@@ -483,7 +496,10 @@ const FixDefe::FacetPlane &FixDefe::plane_of(int k)
   FacetPlane &g = facet_planes[k];
   double **x = atom->x;
   const int *n = facets[k].node;
-  if (!g.known) g.set(x[n[0]], x[n[1]], x[n[2]], x[n[3]]);
+  if (g.known != plane_stamp) {
+    g.set(x[n[0]], x[n[1]], x[n[2]], x[n[3]]);
+    g.known = plane_stamp;
+  }
   return g;
 }
 
@@ -622,8 +638,7 @@ void FixDefe::contact_forces()
   const double dt = update->dt;
   const bool minimizing = (update->whichflag == 2);    // then there are no velocities
   contact_energy = 0.0;
-  if (!planes_fresh)
-    for (auto &g : facet_planes) g.known = false;
+  if (!planes_fresh) plane_stamp++;
   planes_fresh = false;
   if (!ball_pairs.empty()) ball_forces();
 
@@ -653,10 +668,11 @@ void FixDefe::contact_forces()
       const double over_xi = std::max(0.0, std::abs(del.dot(g.to_xi)) - 1.0);
       const double over_eta = std::max(0.0, std::abs(del.dot(g.to_eta)) - 1.0);
       if (cp.r == 0.0) {
-        if (over_xi > 0.25 || over_eta > 0.25) continue;
+        if (over_xi > ROUGH_MARGIN || over_eta > ROUGH_MARGIN) continue;
       } else if (height > 0.0) {
         // a sphere beside the facet; four fifths are on the safe side for skewed ones
-        const double beside = 0.8 * std::max(over_xi * g.half_xi, over_eta * g.half_eta) - g.warp;
+        const double beside =
+            0.8 * std::max(over_xi * g.half_xi(), over_eta * g.half_eta()) - g.warp;
         const double above = std::max(0.0, height - g.warp);
         if (beside > 0.0 && beside * beside + above * above > cp.r * cp.r) continue;
       }
