@@ -51,9 +51,6 @@ static constexpr int SPHERE_SIZE = doubles(sizeof(SphereTouch));
 static constexpr int MAX_SHIELDS = 27;    // of an element: its neighbours, one more for a while
 static constexpr int RECORD_SIZE = 1 + 3 + 1 + 1 + 1 + 1 + 1;    // of any atom
 
-// a ghost atom receives one element per round of communication (with its pbc shift)
-static constexpr int FORWARD_SIZE = HEX_SIZE + 1 > 14 ? HEX_SIZE + 1 : 14;
-
 /* ---------------------------------------------------------------------- */
 
 FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
@@ -81,7 +78,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   pre_exchange_migrate = 1;    // it creates and deletes atoms there
   stores_ids = 1;
   maxexchange_dynamic = 1;
-  comm_forward = FORWARD_SIZE;
+  comm_forward = MAX(SURFACE_SIZE, MARKED_SIZE);
   comm_reverse = 3;
   wd_header = 1;
   wd_section = 1;
@@ -342,7 +339,7 @@ FixDefe::~FixDefe()
 int FixDefe::setmask()
 {
   return INITIAL_INTEGRATE | PRE_EXCHANGE | PRE_NEIGHBOR | PRE_REVERSE | POST_FORCE | END_OF_STEP |
-      POST_RUN | MIN_PRE_NEIGHBOR | MIN_PRE_REVERSE;
+      POST_RUN | MIN_PRE_EXCHANGE | MIN_PRE_NEIGHBOR | MIN_PRE_REVERSE;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -436,15 +433,14 @@ void FixDefe::init()
   last_step = update->ntimestep;
   convert_step = -1;    // setup schedules anew what is marked
 
-  // joints and facets need their nodes as ghosts, two elements deep
+  // elements, joints and facets need their nodes as ghosts, and facets the balls that can reach them
 
-  // and the ranks of facets need the balls that can reach them
-
-  double ball = 0.0, largest_ball = 0.0;
+  double ball = 0.0;
   for (int i = 0; i < atom->nlocal && contact_factor > 0.0; i++)
     if (!de[i]) ball = MAX(ball, atom->radius[i]);
   MPI_Allreduce(&ball, &largest_ball, 1, MPI_DOUBLE, MPI_MAX, world);
-  const double cut = max_diagonal + MAX(max_diagonal, largest_ball) + neighbor->skin;
+  longest_provided = MAX(longest_provided, 1.05 * max_diagonal);
+  const double cut = ghost_reach();
   if (comm->cutghostuser < cut) {
     if (comm->me == 0 && comm->cutghostuser > 0.0)
       error->warning(FLERR, "Communication cutoff raised from {} to {} for fix defe",
@@ -489,10 +485,11 @@ void FixDefe::setup_pre_exchange()
       if (h.extra) history_most = MAX(history_most, static_cast<int>(h.extra->history.size()));
   update_maxexchange();
 
-  // write_data and minimize come here too
+  // write_data comes here too
 
-  if (!update->setupflag || update->whichflag != 1) return;
-  if (start_done) return;
+  if (!update->setupflag) return;
+  find_all_nodes();
+  if (update->whichflag != 1 || start_done) return;
   start_done = true;
 
   bool any = false;
@@ -529,6 +526,115 @@ void FixDefe::setup_pre_exchange()
     }
   }
   convert_marked();
+  provide_ghosts(0.0);
+}
+
+/* ----------------------------------------------------------------------
+   distance from its sub-domain to which a rank needs ghosts
+------------------------------------------------------------------------- */
+
+double FixDefe::ghost_reach() const
+{
+  // nodes of an element from its first node; ends of joints and ties from their DE are nearer
+
+  double more = 0.0;
+
+  // a DE behind the far face of an element that converts, which may have swung about its tie there
+
+  if (des_total > 0) more = 0.4 * longest_provided;
+
+  // an element from a point that can get into contact with its facet, beside and under it; a ball
+  // from the element that it can touch
+
+  if (contact_factor > 0.0) {
+    const double facet = max_facet * longest_provided / max_diagonal;
+    more = MAX(more, MAX((MAX_DEPTH + 0.1) * facet, largest_ball) + 1.25 * neighbor->skin);
+  }
+  return longest_provided + more;
+}
+
+/* ----------------------------------------------------------------------
+   largest distance between two nodes of an element of this rank that is above what is provided for,
+   0 if none is
+------------------------------------------------------------------------- */
+
+double FixDefe::longest_element() const
+{
+  double longest = 0.0;
+  if (comm->nprocs == 1 && atom->nghost == 0) return longest;
+  const double *x = &atom->x[0][0];
+  const double enough = longest_provided * longest_provided / 1.02;    // ghosts are a step behind
+  for (const auto &b : batches)
+    for (const auto &idx : b.node) {
+      double box = 0.0;    // a bound: diagonal of the box around it
+      for (int d = 0; d < 3; d++) {
+        double lo = x[3 * idx[0] + d], hi = lo;
+        for (int a = 1; a < 8; a++) {
+          lo = MIN(lo, x[3 * idx[a] + d]);
+          hi = MAX(hi, x[3 * idx[a] + d]);
+        }
+        box += (hi - lo) * (hi - lo);
+      }
+      if (box <= enough) continue;
+      HexCoords now;
+      for (int a = 0; a < 8; a++)
+        for (int d = 0; d < 3; d++) now(d, a) = x[3 * idx[a] + d];
+      longest = MAX(longest, defe::fe::max_diagonal(now));
+    }
+  return longest * longest <= enough ? 0.0 : longest;
+}
+
+/* ----------------------------------------------------------------------
+   more ghosts from the next exchange on, if elements have become longer or there are DEs now
+------------------------------------------------------------------------- */
+
+void FixDefe::provide_ghosts(double longest)
+{
+  double all = 0.0;
+  MPI_Allreduce(&longest, &all, 1, MPI_DOUBLE, MPI_MAX, world);
+  if (all > 0.0) longest_provided = MAX(longest_provided, 1.05 * all);
+  const double cut = ghost_reach();
+  if (comm->cutghostuser >= cut) return;
+  comm->cutghostuser = cut;
+  comm->setup();
+  if (neighbor->style) neighbor->setup_bins();
+}
+
+/* ----------------------------------------------------------------------
+   before a run: elements may be much longer than they were in the reference configuration, or
+   have been moved by commands. Images do not matter: elements are shorter than half of a periodic box.
+------------------------------------------------------------------------- */
+
+void FixDefe::find_all_nodes()
+{
+  if (comm->nprocs == 1 && !domain->xperiodic && !domain->yperiodic && !domain->zperiodic) return;
+  for (int attempt = 0; attempt < 5; attempt++) {
+    make_ghosts_for_setup();
+    double longest = 0.0;
+    int missing = 0, any = 0;
+    for (int i = 0; i < atom->nlocal; i++)
+      for (const auto &h : hexes[i]) {
+        HexCoords now;
+        bool complete = true;
+        for (int a = 0; a < 8; a++) {
+          const int j = local_of(h.node[a]);
+          complete = complete && j >= 0;
+          if (!complete) break;
+          double del[3];
+          for (int d = 0; d < 3; d++) del[d] = atom->x[j][d] - atom->x[i][d];
+          domain->minimum_image(del);
+          for (int d = 0; d < 3; d++) now(d, a) = del[d];
+        }
+        if (!complete)
+          missing = 1;
+        else
+          longest = MAX(longest, defe::fe::max_diagonal(now));
+      }
+    MPI_Allreduce(&missing, &any, 1, MPI_INT, MPI_MAX, world);
+    if (any) longest = MAX(longest, 1.5 * longest_provided);
+    provide_ghosts(longest > longest_provided / 1.01 ? longest : 0.0);
+    if (!any) return;
+  }
 }
 
 /* ----------------------------------------------------------------------
@@ -551,10 +657,18 @@ void FixDefe::pre_exchange()
 {
   watch_walls();
   update_maxexchange();
-  if (update->ntimestep != convert_step) return;
-  convert_step = -1;
-  next_reneighbor = -1;
-  convert_marked();
+  const double longest = longest_element();
+  if (update->ntimestep == convert_step) {
+    convert_step = -1;
+    next_reneighbor = -1;
+    convert_marked();
+  }
+  provide_ghosts(longest);
+}
+
+void FixDefe::min_pre_exchange()
+{
+  provide_ghosts(longest_element());
 }
 
 /* ----------------------------------------------------------------------
@@ -1696,6 +1810,7 @@ void FixDefe::restart(char *buf)
 
 int FixDefe::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int *pbc)
 {
+  if (n == 0) return 0;    // tiled ranks send empty messages, too
   double shift[3] = {0.0, 0.0, 0.0};
   if (pbc_flag) {
     shift[0] = pbc[0] * domain->xprd;
@@ -1715,25 +1830,32 @@ int FixDefe::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int 
       for (int k = 0; k < 3; k++) buf[m++] = atom->v[list[ii]][k];
     }
   } else if (comm_mode == SURFACE) {
+    m = 1;
     for (int ii = 0; ii < n; ii++) {
       auto found = surface_at.find(list[ii]);
-      const bool has =
-          found != surface_at.end() && comm_round < static_cast<int>(found->second.size());
-      buf[m++] = has ? 1.0 : 0.0;
-      if (has) memcpy(static_cast<void *>(&buf[m]), &found->second[comm_round], sizeof(HexPod));
+      if (found == surface_at.end() || comm_round >= static_cast<int>(found->second.size()))
+        continue;
+      buf[m++] = ubuf(ii).d;
+      memcpy(static_cast<void *>(&buf[m]), &found->second[comm_round], sizeof(HexPod));
       m += HEX_SIZE;
     }
+    buf[0] = ubuf(m).d;
   } else if (comm_mode == MARKED) {
-    for (int ii = 0; ii < n; ii++) {
+    m = 1;
+    for (int ii = 0; ii < n && !marked_at.empty(); ii++) {
       auto found = marked_at.find(list[ii]);
-      const bool has =
-          found != marked_at.end() && comm_round < static_cast<int>(found->second.size());
-      Converting c{};
-      if (has) c = found->second[comm_round];
-      buf[m++] = ubuf(has ? c.id : static_cast<tagint>(0)).d;
-      for (int a = 0; a < 8; a++) buf[m++] = ubuf(c.node[a]).d;
-      for (int k = 0; k < 3; k++) buf[m++] = c.centre[k] + shift[k];
+      if (found == marked_at.end() || comm_round >= static_cast<int>(found->second.size()))
+        continue;
+      // positions from the atom that it goes with, so that no image matters
+      const auto at = found->second[comm_round];
+      const Converting &c = converting[at.first];
+      buf[m++] = ubuf(ii).d;
+      buf[m++] = ubuf(c.id).d;
+      for (tagint t : c.node) buf[m++] = ubuf(t).d;
+      for (const auto &xa : c.x)
+        for (int k = 0; k < 3; k++) buf[m++] = xa[k] - c.x[at.second][k];
     }
+    buf[0] = ubuf(m).d;
   }
   return m;
 }
@@ -1753,23 +1875,28 @@ void FixDefe::unpack_forward_comm(int n, int first, double *buf)
       for (int k = 0; k < 3; k++) atom->x[i][k] = buf[m++];
       for (int k = 0; k < 3; k++) atom->v[i][k] = buf[m++];
     }
-  } else if (comm_mode == SURFACE) {
-    for (int i = first; i < last; i++) {
-      const bool has = buf[m++] != 0.0;
-      if (has) {
-        HexPod h;
-        memcpy(static_cast<void *>(&h), &buf[m], sizeof(HexPod));
-        surface_at[i].push_back(h);
-      }
+  } else if (comm_mode == SURFACE && n > 0) {
+    const int end = static_cast<int>(ubuf(buf[m++]).i);
+    while (m < end) {
+      const int i = first + static_cast<int>(ubuf(buf[m++]).i);
+      HexPod h;
+      memcpy(static_cast<void *>(&h), &buf[m], sizeof(HexPod));
       m += HEX_SIZE;
+      surface_at[i].push_back(h);
     }
-  } else if (comm_mode == MARKED) {
-    for (int i = first; i < last; i++) {
+  } else if (comm_mode == MARKED && n > 0) {
+    const int end = static_cast<int>(ubuf(buf[m++]).i);
+    while (m < end) {
+      const int i = first + static_cast<int>(ubuf(buf[m++]).i);
       Converting c;
       c.id = static_cast<tagint>(ubuf(buf[m++]).i);
-      for (int a = 0; a < 8; a++) c.node[a] = static_cast<tagint>(ubuf(buf[m++]).i);
-      for (int k = 0; k < 3; k++) c.centre[k] = buf[m++];
-      if (c.id) marked_at[i].push_back(c);
+      for (tagint &t : c.node) t = static_cast<tagint>(ubuf(buf[m++]).i);
+      for (auto &xa : c.x)
+        for (int k = 0; k < 3; k++) xa[k] = atom->x[i][k] + buf[m++];
+      const auto *corner = std::find(std::begin(c.node), std::end(c.node), atom->tag[i]);
+      marked_at[i].emplace_back(static_cast<int>(converting.size()),
+                                static_cast<int>(corner - std::begin(c.node)));
+      converting.push_back(c);
     }
   }
 }

@@ -46,6 +46,7 @@ class FixDefe : public Fix {
   void min_pre_reverse(int eflag, int vflag) override { pre_reverse(eflag, vflag); }
   void initial_integrate(int) override;
   void pre_exchange() override;
+  void min_pre_exchange() override;
   void pre_neighbor() override;
   void pre_reverse(int, int) override;
   void post_force(int) override;
@@ -317,6 +318,8 @@ class FixDefe : public Fix {
   int kernel_of(int part, const defe::fe::HexCoords &X);
 
   // ---- surfaces ----
+  // a point deeper than this (in facet sizes) is not in contact with this face
+  static constexpr double MAX_DEPTH = 0.35;
   struct Facet {
     tagint element;
     int face, part;
@@ -382,11 +385,13 @@ class FixDefe : public Fix {
   struct Converting {
     tagint id;
     tagint node[8];
-    double centre[3];
+    double x[8][3];
   };
-  std::vector<Converting> converting;
-  std::unordered_map<int, std::vector<Converting>> marked_at;    // by first node
-  double first_conversion = -1.0, first_damage = -1.0;           // times
+  std::vector<Converting> converting;    // at least those with a node on this rank, by ID
+  std::unordered_map<int, std::vector<std::pair<int, int>>>
+      marked_at;    // by atom: element, corner
+  void tell_neighbours(std::vector<Converting> &&);
+  double first_conversion = -1.0, first_damage = -1.0;    // times
   void mark_elements();
   void schedule_conversion(int steps);
 
@@ -397,14 +402,25 @@ class FixDefe : public Fix {
   void ask_marks();
   void take_marks();
   void convert_marked();
-  double distance_if_swung(int i, const tagint *face, int corner, const tagint *element,
-                           int part) const;
+  double distance_if_swung(int i, const tagint *face, int corner,
+                           const defe::fe::HexCoords &element, int part) const;
+
+  // ---- ghosts: no farther away than elements, joints and contacts need them ----
+  double longest_provided = 0.0;    // distance between nodes of an element that they are enough for
+  double largest_ball = 0.0;
+  double ghost_reach() const;
+  double longest_element() const;
+  void provide_ghosts(double longest);
   void make_ghosts_for_setup();
+  void find_all_nodes();
   void ghost_positions();
   void update_totals();
 
   // ---- communication ----
   enum CommMode { FRAME, POSVEL, SURFACE, MARKED, LOSS, FINITE };
+  // of SURFACE and MARKED: most that goes per atom and round; only atoms that have something send it
+  static constexpr int SURFACE_SIZE = 2 + static_cast<int>((sizeof(HexPod) + 7) / 8);
+  static constexpr int MARKED_SIZE = 2 + 1 + 8 + 24;
   CommMode comm_mode = FRAME;
   int comm_round = 0;
   std::unordered_map<int, std::vector<HexPod>> surface_at;    // exposed elements by first node

@@ -48,9 +48,6 @@ static constexpr double EDGE_MARGIN = 0.15;
 // the same in the coordinates of a parallelogram, with room for facets that are none
 static constexpr double ROUGH_MARGIN = 0.25;
 
-// a point deeper than this (in facet sizes) is not in contact with this face
-static constexpr double MAX_DEPTH = 0.35;
-
 static double dist_sq(const double *a, const double *b)
 {
   const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
@@ -58,10 +55,10 @@ static double dist_sq(const double *a, const double *b)
 }
 
 // largest distance from the middle of a facet to a point behind it, from the distance of its farthest
-// node, its size, and the deviation of its corners from a parallelogram
-static double farthest_behind(double extent, double size, double skew)
+// node, the depth there, and the deviation of its corners from a parallelogram
+static double farthest_behind(double extent, double depth, double skew)
 {
-  return std::hypot((1.0 + EDGE_MARGIN) * extent + skew, MAX_DEPTH * size + skew);
+  return std::hypot((1.0 + EDGE_MARGIN) * extent + skew, depth + skew);
 }
 
 // a ball whose diameter is not less than the facet's diagonal presses on its area
@@ -108,7 +105,7 @@ void FixDefe::build_surfaces()
   if (ghosts) {
     comm_mode = SURFACE;
     for (comm_round = 0; comm_round < hexes_per_node; comm_round++)
-      comm->forward_comm(this, 1 + static_cast<int>((sizeof(HexPod) + 7) / 8));
+      comm->forward_comm(this, SURFACE_SIZE);
     std::vector<int> anchors;
     for (const auto &s : surface_at)
       if (s.first >= nlocal) anchors.push_back(s.first);
@@ -196,7 +193,7 @@ void FixDefe::build_surfaces()
   };
   // of a point in front of a facet, or behind it
   const double reach =
-      std::max(extent_max + rmax, farthest_behind(extent_max, max_facet, skew_max)) +
+      std::max(extent_max + rmax, farthest_behind(extent_max, MAX_DEPTH * max_facet, skew_max)) +
       neighbor->skin;
   const double range = reach + extent_max;
 
@@ -243,7 +240,7 @@ void FixDefe::build_surfaces()
     facet.k_area = material_of(parts[h.part]).rigid() ? -1.0 : 0.0;
     hex_of_facet.push_back(face.hex);
     extent.push_back(std::sqrt(face.extent));
-    behind.push_back(farthest_behind(extent.back(), facet.size, std::sqrt(face.skew)));
+    behind.push_back(farthest_behind(extent.back(), MAX_DEPTH * facet.size, std::sqrt(face.skew)));
   }
   facet_planes.resize(facets.size());
   plane_stamp++;

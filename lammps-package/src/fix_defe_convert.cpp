@@ -100,22 +100,18 @@ double FixDefe::de_energy(int d, unsigned present) const
    The ranks of both DEs ask, with the same answer.
 ------------------------------------------------------------------------- */
 
-double FixDefe::distance_if_swung(int i, const tagint *face, int corner, const tagint *element,
+double FixDefe::distance_if_swung(int i, const tagint *face, int corner, const HexCoords &element,
                                   int part) const
 {
-  const auto at = [this, i](tagint tag) {
-    const int j = domain->closest_image(i, local_of(tag));
-    if (j < 0)
-      error->one(FLERR,
-                 "Node {} of an element that DE {} is tied to is missing on proc {} at step {}: it "
-                 "was lost, or the communication cutoff is too small (raise it with comm_modify "
-                 "cutoff)",
-                 tag, atom->tag[i], comm->me, update->ntimestep);
-    return j;
-  };
   Vec3 X[4], x[4];
   for (int k = 0; k < 4; k++) {
-    const int j = at(face[k]);
+    const int j = domain->closest_image(i, local_of(face[k]));
+    if (j < 0)
+      error->one(FLERR,
+                 "Node {} of the face that DE {} is tied to is missing on proc {} at step {}: it "
+                 "was lost, or the communication cutoff is too small (raise it with comm_modify "
+                 "cutoff)",
+                 face[k], atom->tag[i], comm->me, update->ntimestep);
     X[k] = Vec3(xframe[j]);
     x[k] = Vec3(atom->x[j]);
   }
@@ -123,14 +119,46 @@ double FixDefe::distance_if_swung(int i, const tagint *face, int corner, const t
   const double strain = p.stress / material_of(p).elastic().E;
   if (defe::tie_swing(Vec3(xframe[i]), Vec3(atom->x[i]), X, x) < defe::swing_limit * strain)
     return 0.0;
-  HexCoords nodes;
-  for (int a = 0; a < 8; a++) {
-    const int j = at(element[a]);
-    for (int k = 0; k < 3; k++) nodes(k, a) = atom->x[j][k];
-  }
+  Vec3 apart = defe::place_of_de(element, corner) - Vec3(atom->x[i]);
+  domain->minimum_image(apart.data());
   // less by what rounding cannot make up for: the two must not be in contact in this very step on
   // some numbers of ranks only
-  return (1.0 - 1.0e-9) * (defe::place_of_de(nodes, corner) - Vec3(atom->x[i])).norm();
+  return (1.0 - 1.0e-9) * apart.norm();
+}
+
+/* ----------------------------------------------------------------------
+   every rank that has a node of an element that converts learns of it: the ranks that own its nodes
+   have its first node as a ghost, and all others have one of these nodes
+------------------------------------------------------------------------- */
+
+void FixDefe::tell_neighbours(std::vector<Converting> &&mine)
+{
+  converting = std::move(mine);
+  if (comm->nprocs == 1 && atom->nghost == 0) return;
+  comm_mode = MARKED;
+  for (int hop = 0; hop < 2; hop++) {
+    for (size_t k = 0; k < converting.size(); k++)
+      for (int a = 0; a < (hop ? 8 : 1); a++) {
+        const int i = local_of(converting[k].node[a]);
+        if (i >= 0 && i < atom->nlocal) marked_at[i].emplace_back(static_cast<int>(k), a);
+      }
+    int most = 0, rounds = 0;
+    for (const auto &at : marked_at) most = MAX(most, static_cast<int>(at.second.size()));
+    MPI_Allreduce(&most, &rounds, 1, MPI_INT, MPI_MAX, world);
+    for (comm_round = 0; comm_round < rounds; comm_round++) comm->forward_comm(this, MARKED_SIZE);
+    marked_at.clear();
+
+    // one of each: this rank's own are the first
+
+    std::stable_sort(converting.begin(), converting.end(), [](const auto &a, const auto &b) {
+      return a.id < b.id;
+    });
+    converting.erase(std::unique(converting.begin(), converting.end(),
+                                 [](const auto &a, const auto &b) {
+                                   return a.id == b.id;
+                                 }),
+                     converting.end());
+  }
 }
 
 /* ----------------------------------------------------------------------
@@ -162,37 +190,36 @@ void FixDefe::convert_marked()
     int kernel;
   };
   std::vector<Own> own;
-  converting.clear();
-  marked_at.clear();
-  {
-    for (auto &b : batches) {
-      if (!b.convertible) continue;
-      for (size_t e = 0; e < b.hex.size(); e++)
-        if (b.hex[e]->marked) own.push_back({b.hex[e], b.hex[e]->id, &b.node[e], b.kernel});
-    }
+  for (auto &b : batches) {
+    if (!b.convertible) continue;
+    for (size_t e = 0; e < b.hex.size(); e++)
+      if (b.hex[e]->marked) own.push_back({b.hex[e], b.hex[e]->id, &b.node[e], b.kernel});
   }
   std::sort(own.begin(), own.end(), [](const Own &a, const Own &b) {
     return a.id < b.id;
   });
-  for (const auto &o : own) {
-    Converting c;
-    c.id = o.hex->id;
-    for (int k = 0; k < 3; k++) c.centre[k] = 0.0;
-    for (int a = 0; a < 8; a++) {
-      c.node[a] = o.hex->node[a];
-      for (int k = 0; k < 3; k++) c.centre[k] += 0.125 * x[(*o.idx)[a]][k];
+  {
+    std::vector<Converting> mine(own.size());
+    for (size_t k = 0; k < own.size(); k++) {
+      mine[k].id = own[k].id;
+      for (int a = 0; a < 8; a++) {
+        mine[k].node[a] = own[k].hex->node[a];
+        for (int d = 0; d < 3; d++) mine[k].x[a][d] = x[(*own[k].idx)[a]][d];
+      }
     }
-    marked_at[(*o.idx)[0]].push_back(c);
+    tell_neighbours(std::move(mine));
   }
-  comm_mode = MARKED;
-  for (comm_round = 0; comm_round < hexes_per_node; comm_round++) comm->forward_comm(this, 12);
   std::unordered_map<tagint, const Converting *> now_gone;
-  for (const auto &list : marked_at)
-    for (const auto &c : list.second) converting.push_back(c);
-  for (const auto &c : converting) now_gone[c.id] = &c;
   std::unordered_map<tagint, std::vector<const Converting *>> at_node;
-  for (const auto &c : now_gone)
-    for (tagint t : c.second->node) at_node[t].push_back(c.second);
+  for (const auto &c : converting) {
+    now_gone[c.id] = &c;
+    for (tagint t : c.node) at_node[t].push_back(&c);
+  }
+  const auto coords_of = [](const Converting &c) {
+    HexCoords nodes;
+    for (int a = 0; a < 8; a++) nodes.col(a) = Vec3(c.x[a]);
+    return nodes;
+  };
 
   // strain energy before: of the elements, and of the DEs that are tied to them
 
@@ -215,7 +242,7 @@ void FixDefe::convert_marked()
     for (auto &slot : r.slot)
       if (slot.kind == DefeJoint::TIE && now_gone.count(slot.other)) {
         slot.apart = distance_if_swung(jt.self[d], slot.face_node, slot.corner,
-                                       now_gone[slot.other]->node, slot.part);
+                                       coords_of(*now_gone[slot.other]), slot.part);
         if (slot.apart > 0.0) slot.state = DefeJoint::CONTACT;
         slot.kind = DefeJoint::DE;
         slot.other = de_tag(slot.other, slot.corner);
@@ -250,7 +277,10 @@ void FixDefe::convert_marked()
         for (const auto *c : found->second) {
           if (!seen.insert(c->id).second) continue;
           double del[3];
-          for (int k = 0; k < 3; k++) del[k] = c->centre[k] - centre[k];
+          for (int k = 0; k < 3; k++) {
+            del[k] = -centre[k];
+            for (const auto &xa : c->x) del[k] += 0.125 * xa[k];
+          }
           for (int k = 0; k < 3; k++)
             if (domain->periodicity[k])
               del[k] -= domain->prd[k] * std::round(del[k] / domain->prd[k]);
@@ -340,7 +370,7 @@ void FixDefe::convert_marked()
           slot.other = de_tag(element, corner);
           const int j = nb < 0 ? domain->closest_image((*o.idx)[k], local_of(slot.other)) : -1;
           if (j < 0) continue;    // born now, too; or deleted
-          slot.apart = distance_if_swung(j, face_node, k, h.node, h.part);
+          slot.apart = distance_if_swung(j, face_node, k, xe, h.part);
           if (slot.apart > 0.0) {
             slot.state = DefeJoint::CONTACT;
             Event e{update->ntimestep, now(), 2, birth.tag, slot.other, {}, {}, 1.0};
@@ -475,6 +505,7 @@ void FixDefe::convert_marked()
 
   for (auto &b : batches) b.clear();
   exposed.clear();
+  converting = {};
   jt.clear();
   contact_pairs.clear();
   ball_pairs.clear();

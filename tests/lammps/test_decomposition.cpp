@@ -5,6 +5,8 @@
 #include "glass_block.h"
 #include "mesh_file.h"
 
+#include "comm.h"
+
 #include <Eigen/Geometry>
 
 #include <cmath>
@@ -147,6 +149,73 @@ TEST(Decomposition, DiscreteElementsAndTies)
     expect_same_forces(reference, forces(MPI_COMM_WORLD, grid), grid);
     expect_same_forces(reference, forces(MPI_COMM_WORLD, grid, "newton on"), grid + " newton on");
   }
+}
+
+// Ghosts are not farther away than elements are long; elements that become longer, up to three times
+// here, get more. A second run and a restart begin with long elements.
+TEST(Decomposition, StretchedRubber)
+{
+  const std::string rubber =
+      "fix fe all defe material rubber mooney 4e5 1e5 2e7 1100 part glass rubber\n";
+  const auto script = [&](Block &block) {
+    block.n[0] = nx;
+    block.n[1] = block.n[2] = 2;
+    block.box_lo[0] = -0.03;
+    block.box_hi[0] = 0.05;
+    block.dt = 2e-6;
+    return block.header() + block.box() + "group particles empty\n" + rubber + block.mesh() +
+        block.motion();
+  };
+  const auto hold = R"(
+    region          left block INF 0.00001 INF INF INF INF
+    region          right block 0.01199 INF INF INF INF INF
+    group           left region left
+    group           right region right
+  )";
+  const std::string pull = R"(
+    group           ends union left right
+    fix             pull ends setforce 0 0 0
+  )";
+  const double diagonal = std::sqrt(3.0) * h;
+  const auto states = [&](MPI_Comm comm, const std::string &grid, int from) {
+    Block block;
+    block.processors = grid;
+    Lammps lmp(comm);
+    std::string commands = script(block);
+    if (from) {
+      commands = block.header() + "read_restart rubber.restart\n" + rubber + block.motion() + pull;
+      lmp.commands(commands);
+    } else {
+      lmp.commands(commands + hold + pull +
+                   "velocity left set -10 0 0\nvelocity right set 10 0 0\n");
+      lmp.run(0);
+      EXPECT_LT(lmp->comm->cutghostuser, 1.1 * diagonal);
+      lmp.run(300);
+      lmp.run(300);
+    }
+    if (size_of(comm) == 1 && !from) lmp.command("write_restart rubber.restart");
+    lmp.run(1);
+    if (size_of(comm) > 1) { EXPECT_GT(lmp->comm->cutghostuser, 1.6 * diagonal); }
+    const Particles all = lmp.particles();
+    double low = 1.0, high = 0.0;
+    for (const auto &p : all) {
+      low = std::min(low, p.second.x[0]);
+      high = std::max(high, p.second.x[0]);
+    }
+    EXPECT_NEAR(high - low, 0.036, 1e-4);
+    return all;
+  };
+  const Particles reference = on_one_rank([&] {
+    return states(MPI_COMM_SELF, "1 1 1", 0);
+  });
+  for (const auto &grid : grids())
+    for (const int from : {0, 1}) {
+      const Particles here = states(MPI_COMM_WORLD, grid, from);
+      ASSERT_EQ(reference.size(), here.size()) << grid;
+      EXPECT_LT(difference(reference, here, &Particle::x), 1e-13) << grid;
+      EXPECT_LT(difference(reference, here, &Particle::f), 1e-9 * largest(reference, &Particle::f))
+          << grid;
+    }
 }
 
 // The state comes from a restart file: a block in which cracks run, with joints of all states,

@@ -636,7 +636,7 @@ TEST(Errors, GhostCutoffIsRaised)
 {
   Lammps lmp;
   lmp.commands(good() + "comm_modify cutoff 1e-4\nrun 1");
-  EXPECT_GE(lmp->comm->cutghostuser, 2.0 * std::sqrt(3.0) * Block().h);
+  EXPECT_GE(lmp->comm->cutghostuser, std::sqrt(3.0) * Block().h);
 }
 
 // An element that is squeezed inside out during a run is named.
