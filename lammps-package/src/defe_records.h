@@ -109,6 +109,13 @@ struct AtomTouch {
   std::vector<SphereTouch> spheres;
 };
 
+/// Records of elements and DEs are each somewhere else in memory: asked for in time, they come together.
+template <class T> void prefetch(const T *record)
+{
+  for (size_t k = 0; k < sizeof(T); k += 64)
+    __builtin_prefetch(reinterpret_cast<const char *>(record) + k);
+}
+
 }    // namespace LAMMPS_NS
 
 #endif

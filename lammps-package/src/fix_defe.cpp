@@ -704,10 +704,7 @@ void FixDefe::pre_neighbor()
   exposed.clear();
   tagint lost_hex = 0, lost_node = 0;
   for (int i = 0; i < nlocal; i++) {
-    constexpr int ahead = 6;    // the elements of each node are somewhere else in memory
-    if (i + ahead < nlocal)
-      for (int line = 0; line < 3; line++)
-        __builtin_prefetch(reinterpret_cast<const char *>(hexes[i + ahead].data()) + 64 * line);
+    if (i + 6 < nlocal) prefetch(hexes[i + 6].data());
     for (auto &h : hexes[i]) {
       std::array<int, 8> idx;
       if (!local_hex(h, i, idx.data())) {
@@ -763,6 +760,7 @@ void FixDefe::pre_neighbor()
     std::vector<Draft> ortho, general;
     for (int i = 0; i < nlocal; i++) {
       if (!de[i]) continue;
+      if (i + 2 < nlocal) prefetch(de[i + 2].get());
       DERecord &r = *de[i];
       Draft draft;
       draft.atom = i;
@@ -825,6 +823,7 @@ void FixDefe::pre_neighbor()
 
     for (int d = 0; d < n; d++) {
       const int i = jt.self[d];
+      if (d + 2 < n) prefetch(jt.rec[d + 2]);
       DERecord &r = *jt.rec[d];
       jt.material[d] = static_cast<unsigned char>(r.part);
       if (r.newborn) jt.newborn.push_back(d);

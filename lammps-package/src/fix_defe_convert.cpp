@@ -232,6 +232,7 @@ void FixDefe::convert_marked()
   // DEs tied to them get joints instead of ties
 
   for (int d = 0; d < jt.nde; d++) {
+    if (d + 2 < jt.nde) prefetch(jt.rec[d + 2]);
     DERecord &r = *jt.rec[d];
     bool touched = false;
     for (auto &slot : r.slot)

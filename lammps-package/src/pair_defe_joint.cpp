@@ -915,12 +915,19 @@ void PairDefeJoint::update_candidates()
   std::vector<Sphere> spheres;
   spheres.reserve(small.size());
   for (int i : small) spheres.push_back({{x[i][0], x[i][1], x[i][2]}, i});
-  const CellList<Sphere> list(std::move(spheres), 2.0 * largest + skin);
-  for (int a = 0; a < static_cast<int>(list.all().size()); a++)
-    list.runs_around(list.all()[a].x, [&](int first, int last) {
-      for (int b = MAX(first, a + 1); b < last; b++)
-        consider(list.all()[a].atom, list.all()[b].atom);
+  const double farthest = 2.0 * largest + skin;
+  const CellList<Sphere> list(std::move(spheres), farthest);
+  for (int a = 0; a < static_cast<int>(list.all().size()); a++) {
+    const Sphere &one = list.all()[a];
+    list.runs_around(one.x, [&](int first, int last) {
+      for (int b = MAX(first, a + 1); b < last; b++) {
+        const Sphere &other = list.all()[b];
+        double rsq = 0.0;
+        for (int k = 0; k < 3; k++) rsq += (one.x[k] - other.x[k]) * (one.x[k] - other.x[k]);
+        if (rsq < farthest * farthest) consider(one.atom, other.atom);
+      }
     });
+  }
   for (size_t a = 0; a < large.size(); a++)
     for (int i : small) consider(large[a], i);
 }
