@@ -338,8 +338,8 @@ FixDefe::~FixDefe()
 
 int FixDefe::setmask()
 {
-  return INITIAL_INTEGRATE | PRE_EXCHANGE | PRE_NEIGHBOR | PRE_REVERSE | POST_FORCE | END_OF_STEP |
-      POST_RUN | MIN_PRE_EXCHANGE | MIN_PRE_NEIGHBOR | MIN_PRE_REVERSE;
+  return INITIAL_INTEGRATE | POST_INTEGRATE | PRE_EXCHANGE | PRE_NEIGHBOR | PRE_REVERSE |
+      POST_FORCE | END_OF_STEP | POST_RUN | MIN_PRE_EXCHANGE | MIN_PRE_NEIGHBOR | MIN_PRE_REVERSE;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -1190,16 +1190,22 @@ void FixDefe::watch_speed()
 
 void FixDefe::initial_integrate(int /*vflag*/)
 {
-  if (mark_request != MPI_REQUEST_NULL) {
-    take_marks();
-    if (marked_anywhere) schedule_conversion((fe_every + 1) / 2 - 1);
-  }
-
   if (after_setup) external_power = power_of_others();
   after_setup = false;
   ledger.external += 0.5 * update->dt * external_power;
   fe_clock = (fe_clock + 1) % fe_every;
   since_history += update->dt;
+}
+
+/* ----------------------------------------------------------------------
+   the last moment before LAMMPS decides whether to reneighbour
+------------------------------------------------------------------------- */
+
+void FixDefe::post_integrate()
+{
+  if (mark_request == MPI_REQUEST_NULL) return;
+  take_marks();
+  if (marked_anywhere) schedule_conversion((fe_every + 1) / 2 - 1);
 }
 
 /* ---------------------------------------------------------------------- */

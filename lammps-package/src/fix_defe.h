@@ -45,6 +45,7 @@ class FixDefe : public Fix {
   void min_pre_neighbor() override { pre_neighbor(); }
   void min_pre_reverse(int eflag, int vflag) override { pre_reverse(eflag, vflag); }
   void initial_integrate(int) override;
+  void post_integrate() override;
   void pre_exchange() override;
   void min_pre_exchange() override;
   void pre_neighbor() override;
@@ -395,8 +396,8 @@ class FixDefe : public Fix {
   void mark_elements();
   void schedule_conversion(int steps);
 
-  // whether any rank has marked elements is asked at the end of a step, and the answer is taken at
-  // the start of the next
+  // whether any rank has marked elements is asked at the end of a step, and the answer is taken in
+  // the next when all have moved
   int marked_here = 0, marked_anywhere = 0;
   MPI_Request mark_request = MPI_REQUEST_NULL;
   void ask_marks();
