@@ -3,7 +3,9 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cfloat>
 #include <cmath>
+#include <cstddef>
 
 namespace defe {
 
@@ -111,6 +113,88 @@ Vec3 facet_normal(const Vec3 node[4], double xi, double eta)
   return Bilinear(node).normal(xi, eta);
 }
 
+double FacetPlane::half_xi() const
+{
+  return std::sqrt(area / bb);
+}
+
+double FacetPlane::half_eta() const
+{
+  return std::sqrt(area / aa);
+}
+
+bool FacetPlane::beyond(const Vec3 &p, double r, double depth, double drift) const
+{
+  const Vec3 del = p - mid;
+  const double height = del.dot(normal);
+  if (height > r + warp + drift || -height > depth + warp + drift) return true;
+  for (int k = 0; k < 2; k++) {
+    const double over = std::abs(del.dot(k ? to_eta : to_xi)) - 1.0;
+    if (over <= 0.0) continue;
+    const double half = k ? half_eta() : half_xi();
+    const double beside = 0.8 * over * half - warp;
+    if (beside > std::max(r, 0.8 * margin * half) + drift) return true;
+    const double above = height - warp;    // a sphere beside and in front
+    if (above > 0.0 && beside > 0.8 * margin * half + drift &&
+        beside * beside + above * above > (r + drift) * (r + drift))
+      return true;
+  }
+  return false;
+}
+
+void facet_planes(int n, const int (*node)[4], const double *x, FacetPlane *plane)
+{
+  constexpr int W = 8;    // facets side by side
+  double p[4][3][W], mid[3][W], normal[3][W], to_xi[3][W], to_eta[3][W];
+  double warp[W], aa[W], bb[W], area[W];
+  for (int first = 0; first < n; first += W) {
+    const int count = std::min(W, n - first);
+    for (int l = 0; l < W; ++l) {
+      const int *nodes = node[first + std::min(l, count - 1)];
+      for (int a = 0; a < 4; ++a)
+        for (int k = 0; k < 3; ++k) p[a][k][l] = x[3 * static_cast<std::ptrdiff_t>(nodes[a]) + k];
+    }
+    for (int l = 0; l < W; ++l) {
+      double a[3], b[3], skew[3];
+      for (int k = 0; k < 3; ++k) {
+        mid[k][l] = 0.25 * (p[0][k][l] + p[1][k][l] + p[2][k][l] + p[3][k][l]);
+        a[k] = 0.25 * (p[1][k][l] + p[2][k][l] - p[0][k][l] - p[3][k][l]);
+        b[k] = 0.25 * (p[2][k][l] + p[3][k][l] - p[0][k][l] - p[1][k][l]);
+        skew[k] = 0.25 * (p[0][k][l] - p[1][k][l] + p[2][k][l] - p[3][k][l]);
+      }
+      const double n0 = a[1] * b[2] - a[2] * b[1], n1 = a[2] * b[0] - a[0] * b[2],
+                   n2 = a[0] * b[1] - a[1] * b[0];
+      const double ab = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+      aa[l] = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+      bb[l] = b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
+      area[l] = n0 * n0 + n1 * n1 + n2 * n2;
+      const double inverse = 1.0 / std::max(area[l], DBL_MIN);
+      const double unit = std::sqrt(inverse);
+      normal[0][l] = n0 * unit;
+      normal[1][l] = n1 * unit;
+      normal[2][l] = n2 * unit;
+      warp[l] = std::abs(skew[0] * normal[0][l] + skew[1] * normal[1][l] + skew[2] * normal[2][l]);
+      for (int k = 0; k < 3; ++k) {
+        to_xi[k][l] = inverse * (bb[l] * a[k] - ab * b[k]);
+        to_eta[k][l] = inverse * (aa[l] * b[k] - ab * a[k]);
+      }
+    }
+    for (int l = 0; l < count; ++l) {
+      FacetPlane &g = plane[first + l];
+      for (int k = 0; k < 3; ++k) {
+        g.mid[k] = mid[k][l];
+        g.normal[k] = normal[k][l];
+        g.to_xi[k] = to_xi[k][l];
+        g.to_eta[k] = to_eta[k][l];
+      }
+      g.warp = warp[l];
+      g.aa = aa[l];
+      g.bb = bb[l];
+      g.area = area[l];
+    }
+  }
+}
+
 FacetPoint closest_point(const Vec3 &p, const Vec3 node[4])
 {
   FacetPoint r;
@@ -165,9 +249,8 @@ FacetPoint project_point(const Vec3 &p, const Vec3 node[4], double xi, double et
     r.xi = std::clamp(r.xi + dxi, -2.0, 2.0);
     r.eta = std::clamp(r.eta + deta, -2.0, 2.0);
     // the next step would be the square of this one, times how far the facet is from a parallelogram
-    const double step = std::abs(dxi) + std::abs(deta);
-    if (step < 0.1 && step * step * std::sqrt(facet.c[3].squaredNorm() / std::min(aa, bb)) < 1e-14)
-      break;
+    const double step = std::abs(dxi) + std::abs(deta), square = step * step;
+    if (step < 0.1 && square * square * facet.c[3].squaredNorm() < 1e-28 * std::min(aa, bb)) break;
   }
   r.closest = facet.point(r.xi, r.eta);
   facet_shape(r.xi, r.eta, r.N);

@@ -19,6 +19,7 @@ FixStyle(defe,FixDefe);
 
 #include "defe/coupling/cohesive.h"
 #include "defe/coupling/corner_strain.h"
+#include "defe/coupling/facet.h"
 #include "defe/fe/kernel.h"
 #include "defe/fe/material_law.h"
 
@@ -327,25 +328,18 @@ class FixDefe : public Fix {
     int node[4];
     bool outer;    // a free surface; otherwise the border to converted elements
     bool mine;     // of an element of this rank
+    bool used;     // in a contact
     double area;
     double k_area;       // penalty stiffness per area (N/m3), negative for a rigid part
     double size;         // longest diagonal
     double centre[3];    // at the last reneighbouring
   };
   std::vector<Facet> facets;
-  struct FacetPlane {
-    bigint known = -1;    // what plane_stamp was then
-    defe::Vec3 mid, normal, to_xi, to_eta;
-    double warp;
-    double edge_xi, edge_eta, area;    // squares of half the edges and of a quarter of the area
-    double half_xi() const { return std::sqrt(area / edge_eta); }    // heights, from the middle
-    double half_eta() const { return std::sqrt(area / edge_xi); }
-    void set(const double *, const double *, const double *, const double *);
-    bool beyond(const double *, double r, double depth, double drift) const;
-  };
-  std::vector<FacetPlane> facet_planes;
-  bigint plane_stamp = 0;       // another one for new positions
-  bool planes_fresh = false;    // those known are of the positions now
+  std::vector<std::array<int, 4>> facet_nodes;    // the same again, closely packed
+  std::vector<defe::FacetPlane> facet_planes;
+  bool planes_fresh = false;    // they are of the positions now
+  void update_planes();
+  void keep_used_facets();
   struct ContactPair {
     int point;    // atom
     int first, count;
@@ -361,7 +355,6 @@ class FixDefe : public Fix {
   std::vector<ContactPair> contact_pairs;
   std::vector<int> contact_facets;    // what the pairs may touch
   std::vector<int> own_facets;        // the outer facets that a node belongs to
-  const FacetPlane &plane_of(int);
   double facing_area(const ContactPair &, const defe::Vec3 &);
   bool is_ball(int i) const;    // a sphere that is no DE, owned or ghost
   struct BallPair {

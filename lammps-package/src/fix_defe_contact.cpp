@@ -45,9 +45,6 @@ using defe::fe::HexCoords;
 // of a contact strain differently, and a node must not drop off an edge that it is flush with
 static constexpr double EDGE_MARGIN = 0.15;
 
-// the same in the coordinates of a parallelogram, with room for facets that are none
-static constexpr double ROUGH_MARGIN = 0.25;
-
 static double dist_sq(const double *a, const double *b)
 {
   const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
@@ -78,6 +75,7 @@ static constexpr double STICK = 0.1;
 void FixDefe::build_surfaces()
 {
   facets.clear();
+  facet_nodes.clear();
   contact_pairs.clear();
   contact_facets.clear();
   own_facets.clear();
@@ -234,23 +232,24 @@ void FixDefe::build_surfaces()
     for (int d = 0; d < 3; d++) facet.centre[d] = face.centre[d];
     for (int k = 0; k < 4; k++)
       facet.node[k] = around[face.hex].idx[defe::fe::hex_face[face.face][k]];
+    facet_nodes.push_back({facet.node[0], facet.node[1], facet.node[2], facet.node[3]});
     facet.size = std::sqrt(std::max(dist_sq(xframe[facet.node[2]], xframe[facet.node[0]]),
                                     dist_sq(xframe[facet.node[3]], xframe[facet.node[1]])));
-    facet.area = 0.0;
+    facet.used = false;
     facet.k_area = material_of(parts[h.part]).rigid() ? -1.0 : 0.0;
     hex_of_facet.push_back(face.hex);
     extent.push_back(std::sqrt(face.extent));
     behind.push_back(farthest_behind(extent.back(), MAX_DEPTH * facet.size, std::sqrt(face.skew)));
   }
-  facet_planes.resize(facets.size());
-  plane_stamp++;
+  update_planes();
   planes_fresh = true;
 
   // area and stiffness only of facets that are used
 
   const auto complete = [&](int k) {
     Facet &f = facets[k];
-    if (f.area > 0.0) return;
+    if (f.used) return;
+    f.used = true;
     Vec3 P[4];
     for (int a = 0; a < 4; a++) P[a] = Vec3(xframe[f.node[a]]);
     f.area = defe::fe::face_area(P);
@@ -291,7 +290,10 @@ void FixDefe::build_surfaces()
   for (int i : balls)
     if (i < nlocal && !presses_on_area(atom->radius[i], max_diagonal))
       points.push_back({i, -1, atom->radius[i], true});
-  if (facets.empty() || points.empty()) return;
+  if (facets.empty() || points.empty()) {
+    keep_used_facets();
+    return;
+  }
 
   // facets around each point, in cells as large as their reach: a grid per class of sizes
 
@@ -348,7 +350,7 @@ void FixDefe::build_surfaces()
           if (dist_sq(xp, f.x) > cut * cut) continue;
           const Facet &facet = facets[f.facet];
           const double depth = same ? 0.0 : MAX_DEPTH * facet.size;
-          if (plane_of(f.facet).beyond(xp, p.r, depth, drift)) continue;
+          if (facet_planes[f.facet].beyond(Vec3(xp), p.r, depth, drift)) continue;
           if (p.ball && presses_on_area(p.r, facet.size)) continue;
           if (facet.k_area < 0.0 && (p.ball || rigid)) continue;
           // a DE is tied to this element; if that cannot end, it need not be looked at again
@@ -439,65 +441,44 @@ void FixDefe::build_surfaces()
       contact_pairs.push_back(cp);
     }
   }
+  keep_used_facets();
 }
 
 /* ----------------------------------------------------------------------
-   the facet as if it were a parallelogram
+   only the facets of contacts are looked at in each step
 ------------------------------------------------------------------------- */
 
-void FixDefe::FacetPlane::set(const double *x0, const double *x1, const double *x2,
-                              const double *x3)
+void FixDefe::keep_used_facets()
 {
-  const Vec3 p0(x0), p1(x1), p2(x2), p3(x3);
-  mid = 0.25 * (p0 + p1 + p2 + p3);
-  const Vec3 a = 0.25 * (p1 + p2 - p0 - p3), b = 0.25 * (p2 + p3 - p0 - p1);
-  edge_xi = a.squaredNorm();
-  edge_eta = b.squaredNorm();
-  const double ab = a.dot(b);
-  area = edge_xi * edge_eta - ab * ab;
-  normal = a.cross(b) / std::sqrt(std::max(area, DBL_MIN));
-  warp = 0.25 * std::abs((p0 - p1 + p2 - p3).dot(normal));
-  const double inverse = 1.0 / area;
-  to_xi = inverse * (edge_eta * a - ab * b);
-  to_eta = inverse * (edge_xi * b - ab * a);
+  std::vector<int> now(facets.size(), -1);
+  int n = 0;
+  for (size_t k = 0; k < facets.size(); k++) {
+    if (!facets[k].used) continue;
+    now[k] = n;
+    facets[n] = facets[k];
+    facet_nodes[n] = facet_nodes[k];
+    facet_planes[n] = facet_planes[k];
+    n++;
+  }
+  facets.resize(n);
+  facet_nodes.resize(n);
+  facet_planes.resize(n);
+  for (int &k : contact_facets) k = now[k];
+  for (int &k : own_facets) k = now[k];
+  for (auto &pair : ball_pairs) pair.facet = now[pair.facet];
 }
 
 /* ----------------------------------------------------------------------
-   whether a point of radius r cannot touch the facet from in front, nor get under it by less than
-   depth, before it has come nearer by drift
-   Four fifths of the way beside it are on the safe side for skewed facets.
+   the facets at the positions now
 ------------------------------------------------------------------------- */
 
-bool FixDefe::FacetPlane::beyond(const double *x, double r, double depth, double drift) const
+void FixDefe::update_planes()
 {
-  const Vec3 del = Vec3(x) - mid;
-  const double height = del.dot(normal);
-  if (height > r + warp + drift || -height > depth + warp + drift) return true;
-  for (int k = 0; k < 2; k++) {
-    const double over = std::abs(del.dot(k ? to_eta : to_xi)) - 1.0;
-    if (over <= 0.0) continue;
-    const double half = k ? half_eta() : half_xi();
-    const double margin = 0.8 * ROUGH_MARGIN * half;
-    const double beside = 0.8 * over * half - warp;
-    if (beside > std::max(r, margin) + drift) return true;
-    const double above = height - warp;    // a sphere beside and in front
-    if (above > 0.0 && beside > margin + drift &&
-        beside * beside + above * above > (r + drift) * (r + drift))
-      return true;
-  }
-  return false;
-}
-
-const FixDefe::FacetPlane &FixDefe::plane_of(int k)
-{
-  FacetPlane &g = facet_planes[k];
-  double **x = atom->x;
-  const int *n = facets[k].node;
-  if (g.known != plane_stamp) {
-    g.set(x[n[0]], x[n[1]], x[n[2]], x[n[3]]);
-    g.known = plane_stamp;
-  }
-  return g;
+  const int n = static_cast<int>(facets.size());
+  facet_planes.resize(n);
+  if (n)
+    defe::facet_planes(n, reinterpret_cast<const int(*)[4]>(facet_nodes.data()), &atom->x[0][0],
+                       facet_planes.data());
 }
 
 /* ----------------------------------------------------------------------
@@ -511,7 +492,7 @@ double FixDefe::facing_area(const ContactPair &cp, const Vec3 &normal)
 {
   double area = 0.0;
   for (int k = cp.own; k < cp.own + cp.nown; k++) {
-    const double cosine = plane_of(own_facets[k]).normal.dot(normal);
+    const double cosine = facet_planes[own_facets[k]].normal.dot(normal);
     if (cosine < -0.3) area -= 0.25 * facets[own_facets[k]].area * cosine;
   }
   return area;
@@ -557,7 +538,7 @@ void FixDefe::ball_forces()
     const int i = pair.ball;
     const double R = atom->radius[i];
     const Vec3 c(x[i]);
-    const FacetPlane &g = plane_of(pair.facet);
+    const defe::FacetPlane &g = facet_planes[pair.facet];
     const double far = R + 0.5 * facet.size;
     if ((c - g.mid).squaredNorm() > far * far) continue;
     if (std::abs((c - g.mid).dot(g.normal)) > R + g.warp) continue;
@@ -635,7 +616,7 @@ void FixDefe::contact_forces()
   const double dt = update->dt;
   const bool minimizing = (update->whichflag == 2);    // then there are no velocities
   contact_energy = 0.0;
-  if (!planes_fresh) plane_stamp++;
+  if (!planes_fresh) update_planes();
   planes_fresh = false;
   if (!ball_pairs.empty()) ball_forces();
 
@@ -655,7 +636,7 @@ void FixDefe::contact_forces()
 
       // cheap tests first: distance to the middle of the facet, to its plane, and over it or not
 
-      const FacetPlane &g = plane_of(contact_facets[k]);
+      const defe::FacetPlane &g = facet_planes[contact_facets[k]];
       const Vec3 del = p - g.mid;
       const double cut = facet.size * (0.5 + EDGE_MARGIN + MAX_DEPTH) + cp.r;
       if (del.squaredNorm() > cut * cut) continue;
@@ -665,7 +646,7 @@ void FixDefe::contact_forces()
       const double over_xi = std::max(0.0, std::abs(del.dot(g.to_xi)) - 1.0);
       const double over_eta = std::max(0.0, std::abs(del.dot(g.to_eta)) - 1.0);
       if (cp.r == 0.0) {
-        if (over_xi > ROUGH_MARGIN || over_eta > ROUGH_MARGIN) continue;
+        if (over_xi > defe::FacetPlane::margin || over_eta > defe::FacetPlane::margin) continue;
       } else if (height > 0.0) {
         // a sphere beside the facet; four fifths are on the safe side for skewed ones
         const double beside =

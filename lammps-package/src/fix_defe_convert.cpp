@@ -511,4 +511,5 @@ void FixDefe::convert_marked()
   contact_pairs.clear();
   ball_pairs.clear();
   facets.clear();
+  facet_nodes.clear();
 }

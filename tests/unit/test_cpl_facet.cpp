@@ -5,7 +5,12 @@
 
 #include "de_block.h"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+
+#include <array>
+#include <random>
+#include <vector>
 
 using namespace defe;
 using namespace defe::test;
@@ -213,4 +218,104 @@ TEST(ProjectPoint, FootOfTheNormalAlsoBesideTheFacet)
         EXPECT_EQ(r.feature == defe::FacetFeature::face,
                   std::abs(xi) <= 1.0 && std::abs(eta) <= 1.0);
       }
+}
+
+// Coordinates and heights of a parallelogram, whatever its neighbours in the batch are.
+TEST(FacetPlane, CoordinatesOfAParallelogram)
+{
+  std::mt19937 random(3);
+  for (const int n : {1, 7, 8, 19}) {
+    std::vector<Vec3> x, mid, a, b;
+    std::vector<std::array<int, 4>> node;
+    for (int k = 0; k < n; ++k) {
+      mid.push_back(random_vector(random, 5.0));
+      a.push_back(random_vector(random, 1.0));
+      b.push_back(random_vector(random, 1.0));
+      // nodes of all facets, those of the last one first
+      const int at = 4 * (n - 1 - k);
+      node.push_back({at, at + 1, at + 2, at + 3});
+      x.resize(4 * n);
+      x[at] = mid[k] - a[k] - b[k];
+      x[at + 1] = mid[k] + a[k] - b[k];
+      x[at + 2] = mid[k] + a[k] + b[k];
+      x[at + 3] = mid[k] - a[k] + b[k];
+    }
+    std::vector<FacetPlane> plane(n);
+    facet_planes(n, reinterpret_cast<const int(*)[4]>(node.data()), x[0].data(), plane.data());
+    for (int k = 0; k < n; ++k) {
+      const FacetPlane &g = plane[k];
+      const Vec3 normal = a[k].cross(b[k]).normalized();
+      EXPECT_LT((g.mid - mid[k]).norm(), 1e-14);
+      EXPECT_LT((g.normal - normal).norm(), 1e-12);
+      EXPECT_LT(g.warp, 1e-14);
+      const Vec3 del = 1.7 * a[k] - 0.4 * b[k] + 0.3 * normal;
+      EXPECT_NEAR(del.dot(g.to_xi), 1.7, 1e-11);
+      EXPECT_NEAR(del.dot(g.to_eta), -0.4, 1e-11);
+      // the height of a parallelogram is its area by its base
+      EXPECT_NEAR(g.half_xi(), a[k].cross(b[k]).norm() / b[k].norm(), 1e-12);
+      EXPECT_NEAR(g.half_eta(), a[k].cross(b[k]).norm() / a[k].norm(), 1e-12);
+    }
+  }
+}
+
+// Warped: the corners are as far from the plane as it says.
+TEST(FacetPlane, Warp)
+{
+  const Vec3 node[4] = {{0, 0, 0.1}, {2, 0, -0.1}, {2, 2, 0.1}, {0, 2, -0.1}};
+  const int index[1][4] = {{0, 1, 2, 3}};
+  FacetPlane g;
+  facet_planes(1, index, node[0].data(), &g);
+  EXPECT_NEAR(g.warp, 0.1, 1e-15);
+  EXPECT_LT((g.mid - Vec3(1, 1, 0)).norm(), 1e-15);
+  EXPECT_LT((g.normal - Vec3(0, 0, 1)).norm(), 1e-15);
+}
+
+// Points and spheres that touch a facet, or are less than `depth` under it and its margin, after all
+// have moved: before that, none was beyond.
+TEST(FacetPlane, NothingBeyondComesIntoContact)
+{
+  std::mt19937 random(4);
+  const int index[1][4] = {{0, 1, 2, 3}};
+  constexpr double edge_margin = 0.15, max_depth = 0.35;
+  int points = 0, spheres_in_front = 0, behind = 0, beyond = 0;
+  for (int trial = 0; trial < 200000; ++trial) {
+    const Mat3 turn = random_rotation(random);
+    const double skin = uniform(random, 0.0, 0.3);
+    Vec3 x[4];
+    for (int a = 0; a < 4; ++a)
+      x[a] = turn * (square[a] - Vec3(1, 1, 0) + random_vector(random, 0.15));
+    const double size = std::max((x[2] - x[0]).norm(), (x[3] - x[1]).norm());
+    const double r = trial % 2 ? uniform(random, 0.0, 0.8) : 0.0;
+    const Vec3 p = random_vector(random, 2.5);
+    FacetPlane before, after;
+    facet_planes(1, index, x[0].data(), &before);
+    const auto move = [&] {
+      return Vec3(random_vector(random, 0.5 * skin / std::sqrt(3.0)));
+    };
+    Vec3 y[4];
+    for (int a = 0; a < 4; ++a) y[a] = x[a] + move();
+    const Vec3 q = p + move();
+    facet_planes(1, index, y[0].data(), &after);
+
+    bool contact = false;
+    const auto under = project_point(q, y);
+    if (under.distance <= 0.0 && std::abs(under.xi) <= 1.0 + edge_margin &&
+        std::abs(under.eta) <= 1.0 + edge_margin &&
+        (q - after.mid).dot(after.normal) > -max_depth * size - after.warp) {
+      contact = true;
+      (r > 0.0 ? behind : points)++;
+    }
+    const auto closest = closest_point(q, y);
+    if (r > 0.0 && closest.distance >= 0.0 && closest.distance < r) {
+      contact = true;
+      spheres_in_front++;
+    }
+    const bool out = before.beyond(p, r, max_depth * size, (1.0 + edge_margin) * skin);
+    beyond += out;
+    ASSERT_FALSE(contact && out) << "trial " << trial << ", r = " << r << ", skin = " << skin;
+  }
+  EXPECT_GT(points, 1000);
+  EXPECT_GT(behind, 1000);
+  EXPECT_GT(spheres_in_front, 1000);
+  EXPECT_GT(beyond, 100000) << "what is far away is beyond";
 }

@@ -42,6 +42,33 @@ Vec3 facet_point(const Vec3 node[4], double xi, double eta);
 Vec3 facet_area_vector(const Vec3 node[4]);
 double facet_area(const Vec3 node[4]);
 
+/// A facet as if it were a parallelogram, for cheap tests. With a and b half the vectors between the
+/// middles of opposite edges, a point p has the natural coordinates xi = (p - mid).to_xi,
+/// eta = (p - mid).to_eta, and the height (p - mid).normal above the plane, from which the facet
+/// itself deviates by up to `warp`. A facet without area has a normal of any length up to 1.
+struct FacetPlane {
+  Vec3 mid, normal, to_xi, to_eta;
+  double warp;
+  double aa, bb, area;    ///< |a|^2, |b|^2, |a x b|^2
+
+  double
+  half_xi() const;    ///< height of the parallelogram in the direction of xi, from the middle
+  double half_eta() const;
+
+  /// A point over the facet itself, and up to 0.15 beside it (in natural coordinates), is not farther
+  /// than this beside the parallelogram, if the facet is not skewed beyond use.
+  static constexpr double margin = 0.25;
+
+  /// True if a sphere of radius r (0: a point) at p cannot touch the facet from in front, nor a point
+  /// be under it and its margin by less than depth, before it has come nearer by drift. False says
+  /// nothing. Four fifths of a way beside the parallelogram count, to be on the safe side if it is
+  /// skewed.
+  bool beyond(const Vec3 &p, double r, double depth, double drift) const;
+};
+
+/// Planes of n facets. node: indices of their nodes, three coordinates each in x.
+void facet_planes(int n, const int (*node)[4], const double *x, FacetPlane *plane);
+
 /// Outward unit normal at a point; 0 if degenerate there.
 Vec3 facet_normal(const Vec3 node[4], double xi, double eta);
 
