@@ -112,6 +112,7 @@ struct AtomTouch {
 /// Records of elements and DEs are each somewhere else in memory: asked for in time, they come together.
 template <class T> void prefetch(const T *record)
 {
+  if (!record) return;
   for (size_t k = 0; k < sizeof(T); k += 64)
     __builtin_prefetch(reinterpret_cast<const char *>(record) + k);
 }
