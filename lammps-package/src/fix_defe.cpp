@@ -561,7 +561,7 @@ double FixDefe::ghost_reach() const
 double FixDefe::longest_element() const
 {
   double longest = 0.0;
-  if (comm->nprocs == 1 && atom->nghost == 0) return longest;
+  if ((comm->nprocs == 1 && atom->nghost == 0) || atom->nlocal == 0) return longest;
   const double *x = &atom->x[0][0];
   const double enough = longest_provided * longest_provided / 1.02;    // ghosts are a step behind
   for (const auto &b : batches)

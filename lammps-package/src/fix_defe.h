@@ -24,7 +24,6 @@ FixStyle(defe,FixDefe);
 #include "defe/fe/material_law.h"
 
 #include <array>
-#include <cmath>
 #include <map>
 #include <memory>
 #include <string>

@@ -30,7 +30,6 @@
 #include "defe/fe/hex8.h"
 
 #include <algorithm>
-#include <cfloat>
 #include <cmath>
 #include <deque>
 #include <map>
@@ -144,7 +143,7 @@ void FixDefe::build_surfaces()
   std::vector<Face> faces;
   faces.reserve(2 * around.size());
   double **x = atom->x;
-  const double *coords = &x[0][0];
+  const double *coords = around.empty() ? nullptr : &x[0][0];
   double extent_max = 0.0, skew_max = 0.0;
   Cells space;
   for (size_t e = 0; e < around.size(); e++)
