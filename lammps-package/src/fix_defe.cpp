@@ -35,9 +35,10 @@ using defe::Vec3;
 using defe::fe::HexCoords;
 
 static constexpr int SIZE_VECTOR = 28;
-static constexpr size_t MAX_PARTS = 127;    // a signed char in the records
-static constexpr int WATCH_EVERY = 16;      // steps between looks at the speed of all atoms
-static constexpr int FLUSH_EVERY = 1000;    // steps between writes of the event file
+static constexpr size_t MAX_PARTS = 127;         // a signed char in the records
+static constexpr int WATCH_EVERY = 16;           // steps between looks at the speed of all atoms
+static constexpr int FLUSH_EVERY = 1000;         // steps between writes of the event file
+static constexpr double GHOSTS_BEHIND = 1.01;    // before a reneighbouring they are a step behind
 
 static constexpr int doubles(size_t bytes)
 {
@@ -554,8 +555,8 @@ double FixDefe::ghost_reach() const
 }
 
 /* ----------------------------------------------------------------------
-   largest distance between two nodes of an element of this rank that is above what is provided for,
-   0 if none is
+   largest distance between two nodes of an element of this rank; those that are certainly provided
+   for may be left out
 ------------------------------------------------------------------------- */
 
 double FixDefe::longest_element() const
@@ -563,7 +564,7 @@ double FixDefe::longest_element() const
   double longest = 0.0;
   if ((comm->nprocs == 1 && atom->nghost == 0) || atom->nlocal == 0) return longest;
   const double *x = &atom->x[0][0];
-  const double enough = longest_provided * longest_provided / 1.02;    // ghosts are a step behind
+  const double enough = std::pow(longest_provided / GHOSTS_BEHIND, 2);
   for (const auto &b : batches)
     for (const auto &idx : b.node) {
       double box = 0.0;    // a bound: diagonal of the box around it
@@ -581,7 +582,7 @@ double FixDefe::longest_element() const
         for (int d = 0; d < 3; d++) now(d, a) = x[3 * idx[a] + d];
       longest = MAX(longest, defe::fe::max_diagonal(now));
     }
-  return longest * longest <= enough ? 0.0 : longest;
+  return longest;
 }
 
 /* ----------------------------------------------------------------------
@@ -592,7 +593,7 @@ void FixDefe::provide_ghosts(double longest)
 {
   double all = 0.0;
   MPI_Allreduce(&longest, &all, 1, MPI_DOUBLE, MPI_MAX, world);
-  if (all > 0.0) longest_provided = MAX(longest_provided, 1.05 * all);
+  if (GHOSTS_BEHIND * all > longest_provided) longest_provided = 1.05 * all;
   const double cut = ghost_reach();
   if (comm->cutghostuser >= cut) return;
   comm->cutghostuser = cut;
@@ -632,7 +633,7 @@ void FixDefe::find_all_nodes()
       }
     MPI_Allreduce(&missing, &any, 1, MPI_INT, MPI_MAX, world);
     if (any) longest = MAX(longest, 1.5 * longest_provided);
-    provide_ghosts(longest > longest_provided / 1.01 ? longest : 0.0);
+    provide_ghosts(longest);
     if (!any) return;
   }
 }

@@ -363,8 +363,9 @@ class FixDefe : public Fix {
   std::vector<BallPair> ball_pairs;
   void ball_forces();
   bool tied(int de, tagint element) const;
-  double contact_energy = 0.0;                 // at the last force evaluation, this rank
-  std::vector<std::pair<int, int>> exposed;    // batch and number of elements with free faces
+  // batch and number of elements with free faces
+  std::vector<std::pair<int, int>> exposed;
+  double contact_energy = 0.0;    // at the last force evaluation, this rank
   void build_surfaces();
   void contact_forces();
 
@@ -381,8 +382,8 @@ class FixDefe : public Fix {
     double x[8][3];
   };
   std::vector<Converting> converting;    // at least those with a node on this rank, by ID
-  std::unordered_map<int, std::vector<std::pair<int, int>>>
-      marked_at;    // by atom: element, corner
+  // by atom: index into converting, and corner
+  std::unordered_map<int, std::vector<std::pair<int, int>>> marked_at;
   void tell_neighbours(std::vector<Converting> &&);
   double first_conversion = -1.0, first_damage = -1.0;    // times
   void mark_elements();

@@ -633,9 +633,7 @@ TEST(Restart, OfAnotherVersion)
     Lammps lmp;
     lmp.commands(block.script() + "run 0\nwrite_restart version.restart\n");
   }
-  int rank;
-  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  if (rank == 0) {
+  if (rank_of(MPI_COMM_WORLD) == 0) {
     std::fstream file("version.restart", std::ios::in | std::ios::out | std::ios::binary);
     const std::string bytes{std::istreambuf_iterator<char>(file), {}};
     const auto at = bytes.find("DEFE 2");

@@ -51,8 +51,8 @@ struct FacetPlane {
   double warp;
   double aa, bb, area;    ///< |a|^2, |b|^2, |a x b|^2
 
-  double
-  half_xi() const;    ///< height of the parallelogram in the direction of xi, from the middle
+  /// Heights of the parallelogram in the directions of xi and eta, from the middle.
+  double half_xi() const;
   double half_eta() const;
 
   /// A point over the facet itself, and up to 0.15 beside it (in natural coordinates), is not farther
