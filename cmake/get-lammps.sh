@@ -14,7 +14,9 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 say() { printf 'DEFE: %s\n' "$*" >&2; }
 die() { say "$*"; exit 1; }
 
-result='' release=4Feb2025 source_dir='' cxx=c++ mpicxx='' mpi_id='' upstream_sha='' jobs=$(nproc 2>/dev/null || echo 2)
+result='' release=4Feb2025 source_dir='' cxx=c++ mpicxx='' mpi_id='' upstream_sha=''
+# GNU nproc would answer with OMP_NUM_THREADS, which the run scripts set to 1.
+jobs=$(env -u OMP_NUM_THREADS -u OMP_THREAD_LIMIT nproc 2>/dev/null || echo 2)
 while (($#)); do
   (($# > 1)) || die "get-lammps.sh: no value for $1"
   case $1 in

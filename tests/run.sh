@@ -25,7 +25,7 @@ defe_build "$preset" -- -D DEFE_TESTS=ON -D "DEFE_SLOW_TESTS=$slow"
 
 # A broken test can print without end: 1000 lines are shown as they come, then the last 150.
 build=$DEFE_ROOT/build/$preset
-jobs=$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
+jobs=$(defe_cores)
 code=0
 ctest --test-dir "$build" --output-on-failure --no-tests=error -j "$jobs" "${ctest_args[@]}" 2>&1 |
   tee "$build/ctest.log" |

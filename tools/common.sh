@@ -4,6 +4,11 @@
 DEFE_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 export OMP_NUM_THREADS="${OMP_NUM_THREADS:-1}"
 
+# Cores of this machine. GNU nproc obeys OMP_NUM_THREADS, which is about threads per rank, not about builds.
+defe_cores() {
+  env -u OMP_NUM_THREADS -u OMP_THREAD_LIMIT nproc 2>/dev/null || getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1
+}
+
 # defe_build PRESET [target] -- [cmake options]: configures and builds into build/PRESET.
 # Quiet: everything goes into a log, of which a failure shows the end.
 defe_build() {
@@ -16,7 +21,7 @@ defe_build() {
   shift
   mkdir -p "$DEFE_ROOT/build/$preset"
   log=$DEFE_ROOT/build/$preset/build.log
-  jobs=$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
+  jobs=$(defe_cores)
 
   local generator=()
   # An existing build keeps its generator.

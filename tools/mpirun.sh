@@ -21,6 +21,7 @@ export OMPI_MCA_btl_vader_single_copy_mechanism=none
 # No search for network hardware: all ranks are on this machine.
 export OMPI_MCA_btl_base_warn_component_unused=0
 # Ranks that wait leave the core to those that work, where there are too few cores.
-if ((np > $(nproc 2>/dev/null || echo 1))); then export OMPI_MCA_mpi_yield_when_idle=1; fi
+# (GNU nproc would answer with OMP_NUM_THREADS.)
+if ((np > $(env -u OMP_NUM_THREADS -u OMP_THREAD_LIMIT nproc 2>/dev/null || echo 1))); then export OMPI_MCA_mpi_yield_when_idle=1; fi
 
 exec "${DEFE_MPIEXEC:-mpirun}" -n "$np" "$@" </dev/null
