@@ -145,28 +145,29 @@ bool FacetPlane::beyond(const Vec3 &p, double r, double depth, double drift) con
 void facet_planes(int n, const int (*node)[4], const double *x, FacetPlane *plane)
 {
   constexpr int W = 8;    // facets side by side
-  double p[4][3][W], mid[3][W], normal[3][W], to_xi[3][W], to_eta[3][W];
+  double p[4][3][W], mid[3][W], a[3][W], b[3][W], normal[3][W], to_xi[3][W], to_eta[3][W];
   double warp[W], aa[W], bb[W], area[W];
   for (int first = 0; first < n; first += W) {
     const int count = std::min(W, n - first);
     for (int l = 0; l < W; ++l) {
       const int *nodes = node[first + std::min(l, count - 1)];
-      for (int a = 0; a < 4; ++a)
-        for (int k = 0; k < 3; ++k) p[a][k][l] = x[3 * static_cast<std::ptrdiff_t>(nodes[a]) + k];
+      for (int m = 0; m < 4; ++m)
+        for (int k = 0; k < 3; ++k) p[m][k][l] = x[3 * static_cast<std::ptrdiff_t>(nodes[m]) + k];
     }
     for (int l = 0; l < W; ++l) {
-      double a[3], b[3], skew[3];
+      double skew[3];
       for (int k = 0; k < 3; ++k) {
         mid[k][l] = 0.25 * (p[0][k][l] + p[1][k][l] + p[2][k][l] + p[3][k][l]);
-        a[k] = 0.25 * (p[1][k][l] + p[2][k][l] - p[0][k][l] - p[3][k][l]);
-        b[k] = 0.25 * (p[2][k][l] + p[3][k][l] - p[0][k][l] - p[1][k][l]);
+        a[k][l] = 0.25 * (p[1][k][l] + p[2][k][l] - p[0][k][l] - p[3][k][l]);
+        b[k][l] = 0.25 * (p[2][k][l] + p[3][k][l] - p[0][k][l] - p[1][k][l]);
         skew[k] = 0.25 * (p[0][k][l] - p[1][k][l] + p[2][k][l] - p[3][k][l]);
       }
-      const double n0 = a[1] * b[2] - a[2] * b[1], n1 = a[2] * b[0] - a[0] * b[2],
-                   n2 = a[0] * b[1] - a[1] * b[0];
-      const double ab = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-      aa[l] = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
-      bb[l] = b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
+      const double a0 = a[0][l], a1 = a[1][l], a2 = a[2][l];
+      const double b0 = b[0][l], b1 = b[1][l], b2 = b[2][l];
+      const double n0 = a1 * b2 - a2 * b1, n1 = a2 * b0 - a0 * b2, n2 = a0 * b1 - a1 * b0;
+      const double ab = a0 * b0 + a1 * b1 + a2 * b2;
+      aa[l] = a0 * a0 + a1 * a1 + a2 * a2;
+      bb[l] = b0 * b0 + b1 * b1 + b2 * b2;
       area[l] = n0 * n0 + n1 * n1 + n2 * n2;
       const double inverse = 1.0 / std::max(area[l], DBL_MIN);
       const double unit = std::sqrt(inverse);
@@ -175,14 +176,16 @@ void facet_planes(int n, const int (*node)[4], const double *x, FacetPlane *plan
       normal[2][l] = n2 * unit;
       warp[l] = std::abs(skew[0] * normal[0][l] + skew[1] * normal[1][l] + skew[2] * normal[2][l]);
       for (int k = 0; k < 3; ++k) {
-        to_xi[k][l] = inverse * (bb[l] * a[k] - ab * b[k]);
-        to_eta[k][l] = inverse * (aa[l] * b[k] - ab * a[k]);
+        to_xi[k][l] = inverse * (bb[l] * a[k][l] - ab * b[k][l]);
+        to_eta[k][l] = inverse * (aa[l] * b[k][l] - ab * a[k][l]);
       }
     }
     for (int l = 0; l < count; ++l) {
       FacetPlane &g = plane[first + l];
       for (int k = 0; k < 3; ++k) {
         g.mid[k] = mid[k][l];
+        g.a[k] = a[k][l];
+        g.b[k] = b[k][l];
         g.normal[k] = normal[k][l];
         g.to_xi[k] = to_xi[k][l];
         g.to_eta[k] = to_eta[k][l];

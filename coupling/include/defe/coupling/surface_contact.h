@@ -1,0 +1,126 @@
+#ifndef DEFE_COUPLING_SURFACE_CONTACT_H
+#define DEFE_COUPLING_SURFACE_CONTACT_H
+
+/// \file
+/// Contact of surfaces as a potential: patches of facets, spheres and balls against facets.
+///
+/// A facet is taken by its affine part, x = mid + xi a + eta b (defe::FacetPlane). A patch is the quarter of
+/// a facet at one of its nodes. Its depth g below the plane of another facet is that of the node, its
+/// share of that facet is measured at its middle q:
+///
+///   E = K F(c) w(xi_q) w(eta_q) psi(g),    psi(g) = g^2/2 (1 + stiffening (g/D)^2)
+///
+/// w is the part of the patch that lies over the facet, a smooth ramp across each edge, as wide as the
+/// patch. On a plane of rectangles the shares of neighbouring facets add up to 1, so that a patch goes
+/// from facet to facet without noticing; over a rim its share fades out; flush rims keep all of it.
+/// F is the facing factor of c = -n.n', 1 for parallel surfaces and 0 from 75 degrees on. D is the
+/// depth up to which a point can be told to be inside: what is deeper is let through.
+/// Beside a rim the depth is limited by the way that the patch reaches over it, so that a body beside a
+/// corner is not taken for one that is deep behind the face round the corner.
+///
+/// Everything is a smooth function of the positions of all nodes, and the forces are its exact
+/// derivatives: energy, linear and angular momentum are conserved for any pair of meshes, and no history
+/// is needed to know on which side a point is. Mortar-like penalty contact is described in Puso and
+/// Laursen, Comput. Methods Appl. Mech. Engrg. 193 (2004) 601; the smooth shares are ours.
+
+#include "defe/coupling/facet.h"
+
+namespace defe {
+
+/// Generalised force on the affine coordinates of a facet.
+struct FacetLoad {
+  Vec3 mid = Vec3::Zero(), a = Vec3::Zero(), b = Vec3::Zero();
+
+  /// A force f on the material point at y, that moves with the facet as a rigid offset of its plane:
+  /// moment and resultant are those of f at y. (xi, eta, h): coordinates of y, see local_point().
+  void add(const FacetPlane &, const Vec3 &f, double xi, double eta, double h);
+  /// Force on node k (0..3).
+  Vec3 on_node(int k) const;
+  /// Sum of x_k f_k^T over the nodes, with x from `origin`.
+  Mat3 virial(const FacetPlane &, const Vec3 &origin) const;
+};
+
+/// Signs of the natural coordinates of a facet's nodes.
+constexpr int facet_sign[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+
+/// p = mid + xi a + eta b + h normal.
+struct LocalPoint {
+  double xi, eta, h;
+};
+LocalPoint local_point(const FacetPlane &, const Vec3 &p);
+
+/// Share of a patch that lies between the edges at -1 and 1 of a facet, if its middle is at `xi` and it
+/// reaches t to both sides: 1 where all of it does, 0 beyond. Continuous with its derivative.
+struct Share {
+  double value, slope;
+};
+Share patch_share(double xi, double t);
+
+/// F(c): 0 for c <= facing_limit, ((c - limit)/(1 - limit))^2 above.
+constexpr double facing_limit = 0.25;
+Share facing_factor(double c);
+
+/// psi and its derivative. Energy per stiffness. g < 0: 0.
+struct Penalty {
+  double energy, force;
+};
+constexpr double stiffening = 10.0;
+Penalty penalty_potential(double g, double depth_max);
+
+/// Constants of a patch or sphere against one facet.
+struct SurfacePair {
+  double stiffness;      ///< K, N/m: penalty per area times area times the weight of this side
+  double t_xi, t_eta;    ///< half width of the patch in natural coordinates of the facet
+  double half_xi, half_eta;    ///< reference distances from the middle of the facet to its edges
+  double depth_max;            ///< D
+};
+
+/// Where a patch or sphere is on a facet. share == 0: no contact.
+struct SurfaceContact {
+  double share = 0.0;        ///< F w w
+  double depth = 0.0;        ///< limited depth
+  double raw_depth = 0.0;    ///< depth below the plane; > D: let through, share is what it would be
+  LocalPoint point;          ///< of the node or sphere
+  LocalPoint middle;         ///< of the patch's middle
+  double facing, d_facing, share_xi, share_eta, d_share_xi, d_share_eta;
+  double limited[4];    ///< factor of the depth by each edge, 1 = not limited
+};
+
+/// \param own     facet of the patch; corner: which of its nodes
+/// \param node    that node's position
+SurfaceContact patch_on_facet(const FacetPlane &own, int corner, const Vec3 &node,
+                              const FacetPlane &facet, const SurfacePair &);
+
+struct SurfaceForce {
+  double energy;
+  double normal;    ///< magnitude of the force along the facet's normal
+};
+
+/// Energy and forces of the patch, its depth reduced by `offset`.
+SurfaceForce patch_force(const SurfaceContact &, double offset, const FacetPlane &own, int corner,
+                         const FacetPlane &facet, const SurfacePair &, Vec3 &on_node,
+                         FacetLoad &on_own, FacetLoad &on_facet);
+
+/// The same for a sphere of radius r, which is at depth r - h; t of the pair is for half its size.
+SurfaceContact sphere_on_facet(const Vec3 &centre, double r, const FacetPlane &facet,
+                               const SurfacePair &);
+SurfaceForce sphere_force(const SurfaceContact &, double offset, double r, const FacetPlane &facet,
+                          const SurfacePair &, Vec3 &on_sphere, FacetLoad &on_facet);
+
+/// A ball of any radius against a facet that is in front of its centre: the penalty pressure
+/// k_A (R - distance) on the facet's points, E = k_A/2 integral (R - |y - c|)^2 dA over those nearer than
+/// R, by Gauss points on the part of the facet that it can reach. On a plane of facets it is
+/// pi k_A R d^3/3 for small d = R - h, wherever the ball lands.
+struct BallForce {
+  double energy = 0.0;
+  double normal = 0.0;    ///< force along the facet's normal
+  double xi, eta;         ///< centre of pressure
+  double quarter[4];      ///< energy of the quarter at each node
+};
+/// \param k_area  penalty stiffness per area (N/m3);  \param area  reference area of the facet
+BallForce ball_on_facet(const Vec3 &centre, double R, const FacetPlane &facet, double k_area,
+                        double area, Vec3 &on_ball, FacetLoad &on_facet);
+
+}    // namespace defe
+
+#endif

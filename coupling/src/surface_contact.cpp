@@ -1,0 +1,373 @@
+#include "defe/coupling/surface_contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace defe {
+
+void FacetLoad::add(const FacetPlane &g, const Vec3 &f, double xi, double eta, double h)
+{
+  mid += f;
+  a += xi * f - h * f.dot(g.to_xi) * g.normal;
+  b += eta * f - h * f.dot(g.to_eta) * g.normal;
+}
+
+Vec3 FacetLoad::on_node(int k) const
+{
+  return 0.25 * (mid + facet_sign[k][0] * a + facet_sign[k][1] * b);
+}
+
+Mat3 FacetLoad::virial(const FacetPlane &g, const Vec3 &origin) const
+{
+  return (g.mid - origin) * mid.transpose() + g.a * a.transpose() + g.b * b.transpose();
+}
+
+LocalPoint local_point(const FacetPlane &g, const Vec3 &p)
+{
+  const Vec3 r = p - g.mid;
+  return {r.dot(g.to_xi), r.dot(g.to_eta), r.dot(g.normal)};
+}
+
+namespace {
+
+  /// Distribution function of the patch: 0 for u <= -1, 1 for u >= 1.
+  Share ramp(double u)
+  {
+    if (u <= -1.0) return {0.0, 0.0};
+    if (u >= 1.0) return {1.0, 0.0};
+    return {0.5 + u * (0.75 - 0.25 * u * u), 0.75 * (1.0 - u * u)};
+  }
+
+  /// Smooth min(t, 1): t - t^2/4 up to t = 2.
+  Share limiter(double t)
+  {
+    if (t <= 0.0) return {0.0, 0.0};
+    if (t >= 2.0) return {1.0, 0.0};
+    return {t * (1.0 - 0.25 * t), 1.0 - 0.5 * t};
+  }
+
+  /// |z| with its corner rounded off below t/20.
+  Share smooth_abs(double z, double t)
+  {
+    const double e = 0.05 * t, root = std::sqrt(z * z + e * e);
+    return {root - e, z / root};
+  }
+
+  /// Vectors from the middle of a patch to the middles of its sides.
+  Vec3 half_side(const FacetPlane &own, int k)
+  {
+    return 0.5 * (k ? own.b : own.a);
+  }
+
+  /// How far a patch reaches to both sides of its middle, in natural coordinates of a facet.
+  void reach_of_patch(const FacetPlane &own, const FacetPlane &facet, const SurfacePair &pair,
+                      double reach[2])
+  {
+    reach[0] = reach[1] = 0.0;
+    for (int k = 0; k < 2; ++k) {
+      const Vec3 v = half_side(own, k);
+      reach[0] += smooth_abs(v.dot(facet.to_xi), pair.t_xi).value;
+      reach[1] += smooth_abs(v.dot(facet.to_eta), pair.t_eta).value;
+    }
+  }
+
+  /// Ways from the middle to the edges: edge 2*axis+0 at +1, 2*axis+1 at -1.
+  void ways_to_edges(const LocalPoint &q, const double reach[2], const SurfacePair &pair,
+                     double way[4])
+  {
+    way[0] = (1.0 - q.xi + reach[0]) * pair.half_xi;
+    way[1] = (1.0 + q.xi + reach[0]) * pair.half_xi;
+    way[2] = (1.0 - q.eta + reach[1]) * pair.half_eta;
+    way[3] = (1.0 + q.eta + reach[1]) * pair.half_eta;
+  }
+
+  bool far_from_edges(const LocalPoint &q, const SurfacePair &pair, double g)
+  {
+    return std::min((1.0 - std::abs(q.xi)) * pair.half_xi,
+                    (1.0 - std::abs(q.eta)) * pair.half_eta) >= 2.0 * g;
+  }
+
+  void limit_depth(SurfaceContact &c, const double way[4])
+  {
+    c.depth = c.raw_depth;
+    for (int e = 0; e < 4; ++e) {
+      c.limited[e] = limiter(way[e] / c.raw_depth).value;
+      c.depth *= c.limited[e];
+    }
+  }
+
+  bool take_share(SurfaceContact &c, const LocalPoint &q, const SurfacePair &pair, double facing)
+  {
+    if (std::abs(q.xi) >= 1.0 + pair.t_xi || std::abs(q.eta) >= 1.0 + pair.t_eta) return false;
+    const Share xi = patch_share(q.xi, pair.t_xi), eta = patch_share(q.eta, pair.t_eta);
+    c.share_xi = xi.value;
+    c.share_eta = eta.value;
+    c.d_share_xi = xi.slope;
+    c.d_share_eta = eta.slope;
+    c.share = facing * xi.value * eta.value;
+    return c.share > 0.0;
+  }
+
+  /// Derivatives of the limited depth by the depth and by the four ways.
+  void limited_slopes(const SurfaceContact &c, const double way[4], double &by_depth,
+                      double by_way[4])
+  {
+    const double g = c.raw_depth;
+    double all = 1.0;
+    for (double l : c.limited) all *= l;
+    by_depth = all;
+    for (int e = 0; e < 4; ++e) {
+      by_way[e] = 0.0;
+      const double t = way[e] / g;
+      const double slope = limiter(t).slope;
+      if (slope == 0.0) continue;
+      double others = 1.0;
+      for (int o = 0; o < 4; ++o)
+        if (o != e) others *= c.limited[o];
+      by_way[e] = others * slope;
+      by_depth -= by_way[e] * t;
+    }
+  }
+
+}    // namespace
+
+Share patch_share(double xi, double t)
+{
+  const Share plus = ramp((1.0 - xi) / t), minus = ramp((1.0 + xi) / t);
+  return {plus.value + minus.value - 1.0, (minus.slope - plus.slope) / t};
+}
+
+Share facing_factor(double c)
+{
+  constexpr double scale = 1.0 / (1.0 - facing_limit);
+  if (c <= facing_limit) return {0.0, 0.0};
+  const double u = (c - facing_limit) * scale;
+  return {u * u, 2.0 * u * scale};
+}
+
+Penalty penalty_potential(double g, double depth_max)
+{
+  if (g <= 0.0) return {0.0, 0.0};
+  const double u = g / depth_max, s = stiffening * u * u;
+  return {0.5 * g * g * (1.0 + s), g * (1.0 + 2.0 * s)};
+}
+
+SurfaceContact patch_on_facet(const FacetPlane &own, int corner, const Vec3 &node,
+                              const FacetPlane &facet, const SurfacePair &pair)
+{
+  SurfaceContact c;
+  c.point = local_point(facet, node);
+  c.raw_depth = -c.point.h;
+  if (c.raw_depth <= 0.0) return c;
+  const Share facing = facing_factor(-own.normal.dot(facet.normal));
+  if (facing.value == 0.0) return c;
+  c.facing = facing.value;
+  c.d_facing = facing.slope;
+  const Vec3 q = own.mid + 0.5 * (facet_sign[corner][0] * own.a + facet_sign[corner][1] * own.b);
+  c.middle = local_point(facet, q);
+  if (!take_share(c, c.middle, pair, facing.value)) return c;
+  if (far_from_edges(c.middle, pair, c.raw_depth)) {
+    c.depth = c.raw_depth;
+    for (double &l : c.limited) l = 1.0;
+    return c;
+  }
+  double reach[2], way[4];
+  reach_of_patch(own, facet, pair, reach);
+  ways_to_edges(c.middle, reach, pair, way);
+  limit_depth(c, way);
+  return c;
+}
+
+SurfaceForce patch_force(const SurfaceContact &c, double offset, const FacetPlane &own, int corner,
+                         const FacetPlane &facet, const SurfacePair &pair, Vec3 &on_node,
+                         FacetLoad &on_own, FacetLoad &on_facet)
+{
+  const Penalty psi = penalty_potential(c.depth - offset, pair.depth_max);
+  SurfaceForce r{pair.stiffness * c.share * psi.energy, 0.0};
+  if (psi.force == 0.0) return r;
+
+  double by_depth = 1.0, by_way[4] = {0.0, 0.0, 0.0, 0.0};
+  const double push = pair.stiffness * c.share * psi.force;
+  // on the middle of the patch, as generalised forces along xi and eta
+  const double rest = -pair.stiffness * c.facing * psi.energy;
+  double q_xi = rest * c.d_share_xi * c.share_eta, q_eta = rest * c.share_xi * c.d_share_eta;
+
+  const bool limited = c.limited[0] * c.limited[1] * c.limited[2] * c.limited[3] < 1.0;
+  if (limited) {
+    double reach[2], way[4];
+    reach_of_patch(own, facet, pair, reach);
+    ways_to_edges(c.middle, reach, pair, way);
+    limited_slopes(c, way, by_depth, by_way);
+    q_xi -= push * (by_way[1] - by_way[0]) * pair.half_xi;
+    q_eta -= push * (by_way[3] - by_way[2]) * pair.half_eta;
+    // the reach of the patch depends on how its sides lie
+    const double on_reach[2] = {-push * (by_way[0] + by_way[1]) * pair.half_xi,
+                                -push * (by_way[2] + by_way[3]) * pair.half_eta};
+    for (int k = 0; k < 2; ++k) {
+      const Vec3 v = half_side(own, k);
+      const double z[2] = {v.dot(facet.to_xi), v.dot(facet.to_eta)}, w = v.dot(facet.normal);
+      const Vec3 P = on_reach[0] * smooth_abs(z[0], pair.t_xi).slope * facet.to_xi +
+          on_reach[1] * smooth_abs(z[1], pair.t_eta).slope * facet.to_eta;
+      (k ? on_own.b : on_own.a) += 0.5 * P;
+      on_facet.a -= z[0] * P - w * P.dot(facet.to_xi) * facet.normal;
+      on_facet.b -= z[1] * P - w * P.dot(facet.to_eta) * facet.normal;
+    }
+  }
+
+  r.normal = push * by_depth;
+  const Vec3 at_node = r.normal * facet.normal;
+  on_node += at_node;
+  on_facet.add(facet, -at_node, c.point.xi, c.point.eta, c.point.h);
+
+  if (q_xi != 0.0 || q_eta != 0.0) {
+    const Vec3 P = q_xi * facet.to_xi + q_eta * facet.to_eta;
+    on_own.mid += P;
+    on_own.a += 0.5 * facet_sign[corner][0] * P;
+    on_own.b += 0.5 * facet_sign[corner][1] * P;
+    on_facet.add(facet, -P, c.middle.xi, c.middle.eta, c.middle.h);
+  }
+
+  // both normals
+  const double by_facing = pair.stiffness * c.d_facing * c.share_xi * c.share_eta * psi.energy;
+  on_own.a -= by_facing * own.to_xi.dot(facet.normal) * own.normal;
+  on_own.b -= by_facing * own.to_eta.dot(facet.normal) * own.normal;
+  on_facet.a -= by_facing * facet.to_xi.dot(own.normal) * facet.normal;
+  on_facet.b -= by_facing * facet.to_eta.dot(own.normal) * facet.normal;
+  return r;
+}
+
+SurfaceContact sphere_on_facet(const Vec3 &centre, double r, const FacetPlane &facet,
+                               const SurfacePair &pair)
+{
+  SurfaceContact c;
+  c.point = c.middle = local_point(facet, centre);
+  c.raw_depth = r - c.point.h;
+  c.facing = 1.0;
+  c.d_facing = 0.0;
+  if (c.raw_depth <= 0.0 || !take_share(c, c.middle, pair, 1.0)) return c;
+  if (far_from_edges(c.middle, pair, c.raw_depth)) {
+    c.depth = c.raw_depth;
+    for (double &l : c.limited) l = 1.0;
+    return c;
+  }
+  const double reach[2] = {r / pair.half_xi, r / pair.half_eta};
+  double way[4];
+  ways_to_edges(c.middle, reach, pair, way);
+  limit_depth(c, way);
+  return c;
+}
+
+SurfaceForce sphere_force(const SurfaceContact &c, double offset, double r, const FacetPlane &facet,
+                          const SurfacePair &pair, Vec3 &on_sphere, FacetLoad &on_facet)
+{
+  const Penalty psi = penalty_potential(c.depth - offset, pair.depth_max);
+  SurfaceForce result{pair.stiffness * c.share * psi.energy, 0.0};
+  if (psi.force == 0.0) return result;
+  double by_depth = 1.0, by_way[4] = {0.0, 0.0, 0.0, 0.0};
+  const double push = pair.stiffness * c.share * psi.force;
+  const double rest = -pair.stiffness * psi.energy;
+  double q_xi = rest * c.d_share_xi * c.share_eta, q_eta = rest * c.share_xi * c.d_share_eta;
+  if (c.limited[0] * c.limited[1] * c.limited[2] * c.limited[3] < 1.0) {
+    const double reach[2] = {r / pair.half_xi, r / pair.half_eta};
+    double way[4];
+    ways_to_edges(c.middle, reach, pair, way);
+    limited_slopes(c, way, by_depth, by_way);
+    q_xi -= push * (by_way[1] - by_way[0]) * pair.half_xi;
+    q_eta -= push * (by_way[3] - by_way[2]) * pair.half_eta;
+  }
+  result.normal = push * by_depth;
+  const Vec3 P = result.normal * facet.normal + q_xi * facet.to_xi + q_eta * facet.to_eta;
+  on_sphere += P;
+  on_facet.add(facet, -P, c.point.xi, c.point.eta, c.point.h);
+  return result;
+}
+
+BallForce ball_on_facet(const Vec3 &centre, double R, const FacetPlane &facet, double k_area,
+                        double area, Vec3 &on_ball, FacetLoad &on_facet)
+{
+  constexpr int N = 6;    // Gauss points in each direction
+  static constexpr double at[N] = {-0.932469514203152, -0.661209386466265, -0.238619186083197,
+                                   0.238619186083197,  0.661209386466265,  0.932469514203152};
+  static constexpr double weight[N] = {0.171324492379170, 0.360761573048139, 0.467913934572691,
+                                       0.467913934572691, 0.360761573048139, 0.171324492379170};
+  BallForce result;
+  result.xi = result.eta = 0.0;
+  for (double &q : result.quarter) q = 0.0;
+  const LocalPoint c = local_point(facet, centre);
+  if (c.h >= R || c.h <= 0.0) return result;
+
+  // the rectangle (in natural coordinates) around what the ball reaches
+  const double disc = std::sqrt(R * R - c.h * c.h);
+  const double w[2] = {disc * facet.to_xi.norm(), disc * facet.to_eta.norm()};
+  const double foot[2] = {c.xi, c.eta};
+  double lo[2], hi[2], half[2], middle[2];
+  for (int k = 0; k < 2; ++k) {
+    lo[k] = std::max(-1.0, foot[k] - w[k]);
+    hi[k] = std::min(1.0, foot[k] + w[k]);
+    if (lo[k] >= hi[k]) return result;
+    half[k] = 0.5 * (hi[k] - lo[k]);
+    middle[k] = 0.5 * (hi[k] + lo[k]);
+  }
+
+  // -dE/d(middle) and -dE/d(half) by the movement of the points, and the forces on them
+  const double scale = 0.25 * k_area * area * half[0] * half[1];
+  double move[2] = {0.0, 0.0}, spread[2] = {0.0, 0.0};
+  Vec3 total = Vec3::Zero(), by_xi = Vec3::Zero(), by_eta = Vec3::Zero();
+  double pressure = 0.0, pressure_xi = 0.0, pressure_eta = 0.0;
+  for (int p = 0; p < N; ++p)
+    for (int q = 0; q < N; ++q) {
+      const double xi = middle[0] + half[0] * at[p], eta = middle[1] + half[1] * at[q];
+      const Vec3 off = facet.mid + xi * facet.a + eta * facet.b - centre;
+      const double distance = off.norm();
+      const double g = R - distance;
+      if (g <= 0.0) continue;
+      const double s = scale * weight[p] * weight[q];
+      const double e = 0.5 * s * g * g;
+      result.energy += e;
+      result.quarter[eta < 0.0 ? (xi < 0.0 ? 0 : 1) : (xi < 0.0 ? 3 : 2)] += e;
+      const Vec3 f = s * g / distance * off;
+      total += f;
+      by_xi += xi * f;
+      by_eta += eta * f;
+      move[0] += f.dot(facet.a);
+      move[1] += f.dot(facet.b);
+      spread[0] += at[p] * f.dot(facet.a);
+      spread[1] += at[q] * f.dot(facet.b);
+      const double push = s * g;
+      pressure += push;
+      pressure_xi += push * xi;
+      pressure_eta += push * eta;
+    }
+  if (result.energy == 0.0) return result;
+  result.xi = pressure_xi / pressure;
+  result.eta = pressure_eta / pressure;
+  result.normal = -total.dot(facet.normal);
+  on_facet.mid += total;
+  on_facet.a += by_xi;
+  on_facet.b += by_eta;
+  on_ball -= total;
+
+  // The points move over the facet with the foot and with the size of the disc: nothing, if the
+  // quadrature were exact. (How the rectangle changes with the strain of the facet is left out.)
+  double q[2] = {0.0, 0.0}, q_h = 0.0;
+  for (int k = 0; k < 2; ++k) {
+    const double by_half = spread[k] - result.energy / half[k];
+    const double by_w = -c.h / (disc * disc) * w[k];    // dw/dh
+    if (hi[k] < 1.0) {
+      const double by_hi = 0.5 * (move[k] + by_half);
+      q[k] += by_hi;
+      q_h += by_hi * by_w;
+    }
+    if (lo[k] > -1.0) {
+      const double by_lo = 0.5 * (move[k] - by_half);
+      q[k] += by_lo;
+      q_h -= by_lo * by_w;
+    }
+  }
+  const Vec3 P = q[0] * facet.to_xi + q[1] * facet.to_eta + q_h * facet.normal;
+  on_ball += P;
+  on_facet.add(facet, -P, c.xi, c.eta, c.h);
+  return result;
+}
+
+}    // namespace defe
