@@ -123,23 +123,16 @@ double FacetPlane::half_eta() const
   return std::sqrt(area / aa);
 }
 
-bool FacetPlane::beyond(const Vec3 &p, double r, double depth, double drift) const
+bool FacetPlane::out_of_reach(const Vec3 &p, double r, double depth, double aside,
+                              double drift) const
 {
   const Vec3 del = p - mid;
   const double height = del.dot(normal);
-  if (height > r + warp + drift || -height > depth + warp + drift) return true;
-  for (int k = 0; k < 2; k++) {
-    const double over = std::abs(del.dot(k ? to_eta : to_xi)) - 1.0;
-    if (over <= 0.0) continue;
-    const double half = k ? half_eta() : half_xi();
-    const double beside = 0.8 * over * half - warp;
-    if (beside > std::max(r, 0.8 * margin * half) + drift) return true;
-    const double above = height - warp;    // a sphere beside and in front
-    if (above > 0.0 && beside > 0.8 * margin * half + drift &&
-        beside * beside + above * above > (r + drift) * (r + drift))
-      return true;
-  }
-  return false;
+  const double xi = std::abs(del.dot(to_xi)), eta = std::abs(del.dot(to_eta));
+  // a place on the plane moves with mid + xi a + eta b
+  const double moved = 0.5 * drift * (2.0 + xi + eta);
+  if (height > r + moved || -height > depth + moved) return true;
+  return (xi - 1.0) * half_xi() > aside + moved || (eta - 1.0) * half_eta() > aside + moved;
 }
 
 void facet_planes(int n, const int (*node)[4], const double *x, FacetPlane *plane)

@@ -71,20 +71,24 @@ namespace {
     }
   }
 
-  /// Ways from the middle to the edges: edge 2*axis+0 at +1, 2*axis+1 at -1.
-  void ways_to_edges(const LocalPoint &q, const double reach[2], const SurfacePair &pair,
-                     double way[4])
+  /// Ways from the middle to the rims: edge 2*axis+0 at +1, 2*axis+1 at -1.
+  void ways_to_rims(const LocalPoint &q, const double reach[2], const SurfacePair &pair,
+                    double way[4])
   {
     way[0] = (1.0 - q.xi + reach[0]) * pair.half_xi;
     way[1] = (1.0 + q.xi + reach[0]) * pair.half_xi;
     way[2] = (1.0 - q.eta + reach[1]) * pair.half_eta;
     way[3] = (1.0 + q.eta + reach[1]) * pair.half_eta;
+    for (int e = 0; e < 4; ++e)
+      if (!pair.rim[e]) way[e] = HUGE_VAL;
   }
 
-  bool far_from_edges(const LocalPoint &q, const SurfacePair &pair, double g)
+  bool far_from_rims(const LocalPoint &q, const SurfacePair &pair, double g)
   {
-    return std::min((1.0 - std::abs(q.xi)) * pair.half_xi,
-                    (1.0 - std::abs(q.eta)) * pair.half_eta) >= 2.0 * g;
+    return (!pair.rim[0] || (1.0 - q.xi) * pair.half_xi >= 2.0 * g) &&
+        (!pair.rim[1] || (1.0 + q.xi) * pair.half_xi >= 2.0 * g) &&
+        (!pair.rim[2] || (1.0 - q.eta) * pair.half_eta >= 2.0 * g) &&
+        (!pair.rim[3] || (1.0 + q.eta) * pair.half_eta >= 2.0 * g);
   }
 
   void limit_depth(SurfaceContact &c, const double way[4])
@@ -96,14 +100,33 @@ namespace {
     }
   }
 
-  bool take_share(SurfaceContact &c, const LocalPoint &q, const SurfacePair &pair, double facing)
+  /// Share along one axis: ramps at +1 and -1, by the middle of the patch at rims, else by its node.
+  struct AxisShare {
+    double value, by_middle, by_point;
+  };
+  AxisShare axis_share(double middle, double point, double t, bool rim_plus, bool rim_minus)
   {
-    if (std::abs(q.xi) >= 1.0 + pair.t_xi || std::abs(q.eta) >= 1.0 + pair.t_eta) return false;
-    const Share xi = patch_share(q.xi, pair.t_xi), eta = patch_share(q.eta, pair.t_eta);
+    const Share plus = ramp((1.0 - (rim_plus ? middle : point)) / t);
+    const Share minus = ramp((1.0 + (rim_minus ? middle : point)) / t);
+    AxisShare r{plus.value + minus.value - 1.0, 0.0, 0.0};
+    if (r.value <= 0.0) return {0.0, 0.0, 0.0};
+    (rim_plus ? r.by_middle : r.by_point) -= plus.slope / t;
+    (rim_minus ? r.by_middle : r.by_point) += minus.slope / t;
+    return r;
+  }
+
+  bool take_share(SurfaceContact &c, const SurfacePair &pair, double facing)
+  {
+    const AxisShare xi = axis_share(c.middle.xi, c.point.xi, pair.t_xi, pair.rim[0], pair.rim[1]);
+    if (xi.value == 0.0) return false;
+    const AxisShare eta =
+        axis_share(c.middle.eta, c.point.eta, pair.t_eta, pair.rim[2], pair.rim[3]);
     c.share_xi = xi.value;
     c.share_eta = eta.value;
-    c.d_share_xi = xi.slope;
-    c.d_share_eta = eta.slope;
+    c.by_middle[0] = xi.by_middle * eta.value;
+    c.by_middle[1] = xi.value * eta.by_middle;
+    c.by_point[0] = xi.by_point * eta.value;
+    c.by_point[1] = xi.value * eta.by_point;
     c.share = facing * xi.value * eta.value;
     return c.share > 0.0;
   }
@@ -125,7 +148,7 @@ namespace {
       for (int o = 0; o < 4; ++o)
         if (o != e) others *= c.limited[o];
       by_way[e] = others * slope;
-      by_depth -= by_way[e] * t;
+      by_depth -= by_way[e] * t;    // (t is finite where there is a slope)
     }
   }
 
@@ -137,12 +160,35 @@ Share patch_share(double xi, double t)
   return {plus.value + minus.value - 1.0, (minus.slope - plus.slope) / t};
 }
 
-Share facing_factor(double c)
+Share held_over_facet(double xi, double width, bool rim_plus, bool rim_minus)
+{
+  if (xi > 0.0 ? !rim_plus : !rim_minus) return {xi, 1.0};
+  const double beyond = std::abs(xi) - 1.0;
+  if (beyond <= 0.0) return {xi, 1.0};
+  if (beyond >= 2.0 * width) return {std::copysign(1.0 + width, xi), 0.0};
+  return {std::copysign(1.0 + beyond - beyond * beyond / (4.0 * width), xi),
+          1.0 - beyond / (2.0 * width)};
+}
+
+Share facing_factor(double c, const SideWeight &weight)
 {
   constexpr double scale = 1.0 / (1.0 - facing_limit);
   if (c <= facing_limit) return {0.0, 0.0};
   const double u = (c - facing_limit) * scale;
-  return {u * u, 2.0 * u * scale};
+  const Share F{u * u, 2.0 * u * scale};
+  // p: smooth step between 25 and 5 degrees
+  constexpr double from = 0.9063, to = 0.9962, width = to - from;
+  Share p{0.0, 0.0};
+  if (c >= to)
+    p.value = 1.0;
+  else if (c > from) {
+    const double z = (c - from) / width;
+    p = {z * z * (3.0 - 2.0 * z), 6.0 * z * (1.0 - z) / width};
+  }
+  const double rest = 1.0 - weight.parallel;
+  const Share side = weight.sharp ? Share{1.0 - rest * p.value, -rest * p.slope}
+                                  : Share{weight.parallel * p.value, weight.parallel * p.slope};
+  return {F.value * side.value, F.slope * side.value + F.value * side.slope};
 }
 
 Penalty penalty_potential(double g, double depth_max)
@@ -156,24 +202,37 @@ SurfaceContact patch_on_facet(const FacetPlane &own, int corner, const Vec3 &nod
                               const FacetPlane &facet, const SurfacePair &pair)
 {
   SurfaceContact c;
-  c.point = local_point(facet, node);
-  c.raw_depth = -c.point.h;
-  if (c.raw_depth <= 0.0) return c;
-  const Share facing = facing_factor(-own.normal.dot(facet.normal));
+  c.cosine = -own.normal.dot(facet.normal);
+  const Share facing = facing_factor(c.cosine, pair.weight);
   if (facing.value == 0.0) return c;
-  c.facing = facing.value;
-  c.d_facing = facing.slope;
   const Vec3 q = own.mid + 0.5 * (facet_sign[corner][0] * own.a + facet_sign[corner][1] * own.b);
   c.middle = local_point(facet, q);
-  if (!take_share(c, c.middle, pair, facing.value)) return c;
-  if (far_from_edges(c.middle, pair, c.raw_depth)) {
+  c.point = local_point(facet, node);
+  if (!take_share(c, pair, facing.value)) return c;
+  c.facing = facing.value;
+  c.d_facing = facing.slope;
+  c.at_node = -c.point.h;
+  c.held_xi = held_over_facet(c.point.xi, hold_width * pair.t_xi, pair.rim[0], pair.rim[1]);
+  c.held_eta = held_over_facet(c.point.eta, hold_width * pair.t_eta, pair.rim[2], pair.rim[3]);
+  c.at_held = c.at_node;
+  if (c.held_xi.slope < 1.0 || c.held_eta.slope < 1.0) {
+    const Vec3 y = facet.mid + c.held_xi.value * facet.a + c.held_eta.value * facet.b;
+    c.at_held = (node - y).dot(own.normal) / c.cosine;
+  }
+  if (c.at_node <= 0.0 || c.at_held <= 0.0) {
+    c.share = 0.0;
+    return c;
+  }
+  c.raw_depth =
+      c.at_node * c.at_held * std::sqrt(2.0 / (c.at_node * c.at_node + c.at_held * c.at_held));
+  if (far_from_rims(c.middle, pair, c.raw_depth)) {
     c.depth = c.raw_depth;
     for (double &l : c.limited) l = 1.0;
     return c;
   }
   double reach[2], way[4];
   reach_of_patch(own, facet, pair, reach);
-  ways_to_edges(c.middle, reach, pair, way);
+  ways_to_rims(c.middle, reach, pair, way);
   limit_depth(c, way);
   return c;
 }
@@ -190,13 +249,13 @@ SurfaceForce patch_force(const SurfaceContact &c, double offset, const FacetPlan
   const double push = pair.stiffness * c.share * psi.force;
   // on the middle of the patch, as generalised forces along xi and eta
   const double rest = -pair.stiffness * c.facing * psi.energy;
-  double q_xi = rest * c.d_share_xi * c.share_eta, q_eta = rest * c.share_xi * c.d_share_eta;
+  double q_xi = rest * c.by_middle[0], q_eta = rest * c.by_middle[1];
 
   const bool limited = c.limited[0] * c.limited[1] * c.limited[2] * c.limited[3] < 1.0;
   if (limited) {
     double reach[2], way[4];
     reach_of_patch(own, facet, pair, reach);
-    ways_to_edges(c.middle, reach, pair, way);
+    ways_to_rims(c.middle, reach, pair, way);
     limited_slopes(c, way, by_depth, by_way);
     q_xi -= push * (by_way[1] - by_way[0]) * pair.half_xi;
     q_eta -= push * (by_way[3] - by_way[2]) * pair.half_eta;
@@ -215,9 +274,24 @@ SurfaceForce patch_force(const SurfaceContact &c, double offset, const FacetPlan
   }
 
   r.normal = push * by_depth;
-  const Vec3 at_node = r.normal * facet.normal;
+  const double nn = c.at_node * c.at_node, hh = c.at_held * c.at_held;
+  const double by_node = r.normal * c.raw_depth / (nn + hh) * hh / c.at_node;
+  const double by_held = r.normal * c.raw_depth / (nn + hh) * nn / c.at_held;
+  // the node against the plane of the facet, and along it where its own place counts for the share
+  const Vec3 at_node = by_node * facet.normal + rest * c.by_point[0] * facet.to_xi +
+      rest * c.by_point[1] * facet.to_eta;
   on_node += at_node;
   on_facet.add(facet, -at_node, c.point.xi, c.point.eta, c.point.h);
+  // the plane of the patch against y, which is held over the facet
+  const Vec3 u = by_held / c.cosine * own.normal;
+  on_node -= u;
+  on_facet.mid += u;
+  on_facet.a += c.held_xi.value * u;
+  on_facet.b += c.held_eta.value * u;
+  const Vec3 along = c.held_xi.slope * facet.a.dot(u) * facet.to_xi +
+      c.held_eta.slope * facet.b.dot(u) * facet.to_eta;
+  on_node += along;
+  on_facet.add(facet, -along, c.point.xi, c.point.eta, c.point.h);
 
   if (q_xi != 0.0 || q_eta != 0.0) {
     const Vec3 P = q_xi * facet.to_xi + q_eta * facet.to_eta;
@@ -228,7 +302,12 @@ SurfaceForce patch_force(const SurfaceContact &c, double offset, const FacetPlan
   }
 
   // both normals
-  const double by_facing = pair.stiffness * c.d_facing * c.share_xi * c.share_eta * psi.energy;
+  const Vec3 off = (c.point.xi - c.held_xi.value) * facet.a +
+      (c.point.eta - c.held_eta.value) * facet.b + c.point.h * facet.normal;
+  on_own.a += off.dot(own.to_xi) * u;
+  on_own.b += off.dot(own.to_eta) * u;
+  const double by_facing = pair.stiffness * c.d_facing * c.share_xi * c.share_eta * psi.energy -
+      by_held * c.at_held / c.cosine;
   on_own.a -= by_facing * own.to_xi.dot(facet.normal) * own.normal;
   on_own.b -= by_facing * own.to_eta.dot(facet.normal) * own.normal;
   on_facet.a -= by_facing * facet.to_xi.dot(own.normal) * facet.normal;
@@ -244,15 +323,15 @@ SurfaceContact sphere_on_facet(const Vec3 &centre, double r, const FacetPlane &f
   c.raw_depth = r - c.point.h;
   c.facing = 1.0;
   c.d_facing = 0.0;
-  if (c.raw_depth <= 0.0 || !take_share(c, c.middle, pair, 1.0)) return c;
-  if (far_from_edges(c.middle, pair, c.raw_depth)) {
+  if (c.raw_depth <= 0.0 || !take_share(c, pair, 1.0)) return c;
+  if (far_from_rims(c.middle, pair, c.raw_depth)) {
     c.depth = c.raw_depth;
     for (double &l : c.limited) l = 1.0;
     return c;
   }
   const double reach[2] = {r / pair.half_xi, r / pair.half_eta};
   double way[4];
-  ways_to_edges(c.middle, reach, pair, way);
+  ways_to_rims(c.middle, reach, pair, way);
   limit_depth(c, way);
   return c;
 }
@@ -266,11 +345,12 @@ SurfaceForce sphere_force(const SurfaceContact &c, double offset, double r, cons
   double by_depth = 1.0, by_way[4] = {0.0, 0.0, 0.0, 0.0};
   const double push = pair.stiffness * c.share * psi.force;
   const double rest = -pair.stiffness * psi.energy;
-  double q_xi = rest * c.d_share_xi * c.share_eta, q_eta = rest * c.share_xi * c.d_share_eta;
+  double q_xi = rest * (c.by_middle[0] + c.by_point[0]),
+         q_eta = rest * (c.by_middle[1] + c.by_point[1]);
   if (c.limited[0] * c.limited[1] * c.limited[2] * c.limited[3] < 1.0) {
     const double reach[2] = {r / pair.half_xi, r / pair.half_eta};
     double way[4];
-    ways_to_edges(c.middle, reach, pair, way);
+    ways_to_rims(c.middle, reach, pair, way);
     limited_slopes(c, way, by_depth, by_way);
     q_xi -= push * (by_way[1] - by_way[0]) * pair.half_xi;
     q_eta -= push * (by_way[3] - by_way[2]) * pair.half_eta;

@@ -10,6 +10,7 @@
 #include "lmptype.h"
 
 #include "defe/coupling/shielding.h"
+#include "defe/coupling/surface_forces.h"
 
 #include <memory>
 #include <vector>
@@ -90,11 +91,8 @@ struct DERecord {
 };
 
 /** Surface contact of a node or DE with one part, from step to step. Plain data. */
-struct DefeTouch {
+struct DefeTouch : defe::ContactHistory {
   int part, pad;
-  double depth;       // at the last step
-  double shear[3];    // tangential displacement
-  double stored;      // energy of the tangential spring
 };
 
 /** Contact of two spheres, as one of them sees it. Plain data. */
@@ -107,6 +105,7 @@ struct SphereTouch {
 struct AtomTouch {
   std::vector<DefeTouch> faces;
   std::vector<SphereTouch> spheres;
+  bool fresh = false;    // of a DE that was just born: it takes over the contact of its element
 };
 
 /// Records of elements and DEs are each somewhere else in memory: asked for in time, they come together.

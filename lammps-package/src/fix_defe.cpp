@@ -34,7 +34,7 @@ using defe::Mat3;
 using defe::Vec3;
 using defe::fe::HexCoords;
 
-static constexpr int SIZE_VECTOR = 28;
+static constexpr int SIZE_VECTOR = 30;
 static constexpr size_t MAX_PARTS = 127;         // a signed char in the records
 static constexpr int WATCH_EVERY = 16;           // steps between looks at the speed of all atoms
 static constexpr int FLUSH_EVERY = 1000;         // steps between writes of the event file
@@ -50,7 +50,7 @@ static constexpr int DE_SIZE = doubles(sizeof(DERecord));
 static constexpr int TOUCH_SIZE = doubles(sizeof(DefeTouch));
 static constexpr int SPHERE_SIZE = doubles(sizeof(SphereTouch));
 static constexpr int MAX_SHIELDS = 27;    // of an element: its neighbours, one more for a while
-static constexpr int RECORD_SIZE = 1 + 3 + 1 + 1 + 1 + 1 + 1;    // of any atom
+static constexpr int RECORD_SIZE = 1 + 3 + 1 + 1 + 1 + 1 + 1 + 1;    // of any atom
 
 /* ---------------------------------------------------------------------- */
 
@@ -549,7 +549,7 @@ double FixDefe::ghost_reach() const
 
   if (contact_factor > 0.0) {
     const double facet = max_facet * longest_provided / max_diagonal;
-    more = MAX(more, MAX((MAX_DEPTH + 0.1) * facet, largest_ball) + 1.25 * neighbor->skin);
+    more = MAX(more, MAX(0.65 * facet, largest_ball) + 1.5 * neighbor->skin);
   }
   return longest_provided + more;
 }
@@ -1214,6 +1214,7 @@ void FixDefe::post_integrate()
 void FixDefe::setup(int vflag)
 {
   after_setup = true;
+  if (contact_factor > 0.0) report_contacts();
   continue_with_kept_forces();
   flush_events();    // a file that cannot be written ends the run here, not after hours
   post_force(vflag);
@@ -1308,6 +1309,7 @@ void FixDefe::post_run()
 {
   take_marks();
   flush_events();
+  if (contact_factor > 0.0) report_contacts();
 }
 
 /* ----------------------------------------------------------------------
@@ -1497,6 +1499,7 @@ int FixDefe::pack_record(int i, double *buf) const
   buf[m++] = ubuf(de[i] ? 1 : 0).d;
   buf[m++] = ubuf(static_cast<int>(hexes[i].size())).d;
   buf[m++] = ubuf(touch[i] ? static_cast<int>(touch[i]->faces.size()) : 0).d;
+  buf[m++] = ubuf(touch[i] && touch[i]->fresh ? 1 : 0).d;
   buf[m++] = ubuf(touch[i] ? static_cast<int>(touch[i]->spheres.size()) : 0).d;
   if (touch[i]) {
     for (const auto &t : touch[i]->faces) {
@@ -1536,10 +1539,12 @@ int FixDefe::unpack_record(int i, const double *buf)
   const int has_de = static_cast<int>(ubuf(buf[m++]).i);
   const int nhex = static_cast<int>(ubuf(buf[m++]).i);
   const int nfaces = static_cast<int>(ubuf(buf[m++]).i);
+  const bool was_just_born = ubuf(buf[m++]).i != 0;
   const int nspheres = static_cast<int>(ubuf(buf[m++]).i);
   touch[i].reset();
-  if (nfaces + nspheres > 0) {
+  if (nfaces + nspheres > 0 || was_just_born) {
     AtomTouch &t = touch_at(i);
+    t.fresh = was_just_born;
     t.faces.resize(nfaces);
     t.spheres.resize(nspheres);
     for (auto &face : t.faces) {

@@ -19,7 +19,6 @@ FixStyle(defe,FixDefe);
 
 #include "defe/coupling/cohesive.h"
 #include "defe/coupling/corner_strain.h"
-#include "defe/coupling/facet.h"
 #include "defe/fe/kernel.h"
 #include "defe/fe/material_law.h"
 
@@ -212,6 +211,7 @@ class FixDefe : public Fix {
     double conv_strain = 0.0;     // lost (+) or gained (-) at conversions
     double conv_kinetic = 0.0;    // same
     double external = 0.0;        // work of all other forces
+    double through = 0.0;         // of contacts that were let through
   } ledger;
 
   /** Stored energies of this rank at the last force evaluation (J); set by the pair style. */
@@ -319,49 +319,31 @@ class FixDefe : public Fix {
   int kernel_of(int part, const defe::fe::HexCoords &X);
 
   // ---- surfaces ----
-  // a point deeper than this (in facet sizes) is not in contact with this face
-  static constexpr double MAX_DEPTH = 0.35;
-  struct Facet {
-    tagint element;
-    int face, part;
-    int node[4];
-    bool outer;    // a free surface; otherwise the border to converted elements
-    bool mine;     // of an element of this rank
-    bool used;     // in a contact
-    double area;
-    double k_area;       // penalty stiffness per area (N/m3), negative for a rigid part
-    double size;         // longest diagonal
-    double centre[3];    // at the last reneighbouring
-  };
-  std::vector<Facet> facets;
-  std::vector<std::array<int, 4>> facet_nodes;    // the same again, closely packed
-  std::vector<defe::FacetPlane> facet_planes;
-  bool planes_fresh = false;    // they are of the positions now
+  friend class DefeSurfaceSearch;
+  friend class DefeContactMemory;
+  defe::SurfaceTables surface;
+  std::vector<std::array<int, 4>> facet_nodes;    // of its facets, closely packed
+  bool planes_fresh = false;                      // they are of the positions now
+  void pack_facet_nodes();
   void update_planes();
-  void keep_used_facets();
-  struct ContactPair {
-    int point;    // atom
-    int first, count;
-    int part;
-    double r;       // 0 for nodes
-    double area;    // of a DE; that of a node follows from its own facets
-    int own, nown;
-    double k_own;    // penalty stiffness per area of the point's side, negative = rigid
-    double weight;
-    bool same;    // a DE against its own part
-    bool ball;    // not a DE, but any other sphere
-  };
-  std::vector<ContactPair> contact_pairs;
-  std::vector<int> contact_facets;    // what the pairs may touch
-  std::vector<int> own_facets;        // the outer facets that a node belongs to
-  double facing_area(const ContactPair &, const defe::Vec3 &);
   bool is_ball(int i) const;    // a sphere that is no DE, owned or ghost
-  struct BallPair {
-    int ball;     // atom, owned or ghost
-    int facet;    // of an element of this rank, not larger than the ball
-  };
-  std::vector<BallPair> ball_pairs;
-  void ball_forces();
+  defe::SurfaceArrays surface_arrays() const;
+  double contact_energy_now(std::vector<double> &);
+  bool contact_to_book = false;    // a conversion waits for the contact energy of its DEs
+  std::vector<int> fresh;          // owned DEs that were just born
+  bigint through_count = 0;        // points that were let through, by this rank
+  struct Through {
+    bigint step = -1;
+    tagint tag = 0;
+    double depth = 0.0, x[3] = {0.0, 0.0, 0.0};
+  } first_through;
+  void note_let_through(int i, double depth, double energy);
+  void report_contacts();
+  bigint through_total = 0;
+  bool through_told = false, overlaps_told = false;
+  bigint overlaps = 0;    // contacts that began overlapped, before the first step
+  double overlap_depth = 0.0;
+  tagint overlap_tag = 0;
   bool tied(int de, tagint element) const;
   // batch and number of elements with free faces
   std::vector<std::pair<int, int>> exposed;
@@ -433,7 +415,7 @@ class FixDefe : public Fix {
   double power_of_others() const;
   double virial_fe[6];
   double fe_energy_all();
-  double vector_values[28];
+  double vector_values[30];
   double surface_energy_all = 0.0;
   bigint vector_step = -1;
   void fill_vector();

@@ -3,13 +3,11 @@
    https://www.lammps.org/
    This software is distributed under the GNU General Public License.
 
-   Contact of surfaces: nodes and DEs against facets of elements, by penalty.
-   The rank that owns the node or DE decides which facet it touches, so each pair
-   is treated once on any decomposition; facets of other ranks' elements come with
-   the ghosts of their first nodes.
-   Balls, spheres that are no DEs: one that is smaller than a facet is such a point. Against
-   facets of its own size and smaller ones it presses on their area, by the rank that owns the
-   facet; its force comes back with the ghosts.
+   Contact of surfaces: the search. The forces are in coupling (surface_forces.h).
+   The rank that owns the node or DE treats it against the facets of all elements around, so
+   each pair is treated once on any decomposition; facets of other ranks' elements come with
+   the ghosts of their first nodes. Balls, spheres that are no DEs, are treated by the rank
+   that owns the facet; their forces come back with the ghosts.
 ------------------------------------------------------------------------- */
 
 #include "fix_defe.h"
@@ -24,9 +22,8 @@
 #include "neighbor.h"
 #include "update.h"
 
-#include "defe/coupling/facet.h"
-#include "defe/coupling/friction.h"
 #include "defe/coupling/penalty.h"
+#include "defe/coupling/surface_contact.h"
 #include "defe/fe/hex8.h"
 
 #include <algorithm>
@@ -40,9 +37,15 @@ using namespace LAMMPS_NS;
 using defe::Vec3;
 using defe::fe::HexCoords;
 
-// a point this far (in natural coordinates) beside a facet still counts as over it: the two sides
-// of a contact strain differently, and a node must not drop off an edge that it is flush with
-static constexpr double EDGE_MARGIN = 0.15;
+// Two facets whose normals have no component above this against each other, on any axis, do not press
+// on each other: facing_limit / 3 less what normals may turn until the next search.
+static constexpr double OPPOSED = 0.04;
+
+// faces at an edge that form an angle of more than 30 degrees: a rim
+static constexpr double RIM_COSINE = 0.866;
+
+// overlaps from before the first step are eased out within this many stable steps of the elements
+static constexpr double EASE_STEPS = 200.0;
 
 static double dist_sq(const double *a, const double *b)
 {
@@ -50,312 +53,567 @@ static double dist_sq(const double *a, const double *b)
   return x * x + y * y + z * z;
 }
 
-// largest distance from the middle of a facet to a point behind it, from the distance of its farthest
-// node, the depth there, and the deviation of its corners from a parallelogram
-static double farthest_behind(double extent, double depth, double skew)
-{
-  return std::hypot((1.0 + EDGE_MARGIN) * extent + skew, depth + skew);
-}
+namespace LAMMPS_NS {
 
-// a ball whose diameter is not less than the facet's diagonal presses on its area
-static bool presses_on_area(double radius, double size)
-{
-  return 2.0 * radius >= size;
-}
+/** Finds facets near points, who may touch what; once per reneighbouring. */
+class DefeSurfaceSearch {
+ public:
+  explicit DefeSurfaceSearch(FixDefe *host) :
+      fix(*host), atom(host->atom), domain(host->domain), table(host->surface), x(host->atom->x),
+      nlocal(host->atom->nlocal), skin(host->neighbor->skin)
+  {
+  }
+  void run();
 
-// viscous coefficient of a ball's friction where it hardly slides, in masses per time step: each node
-// takes that of up to 16 points, with weights that add up to 4
-static constexpr double STICK = 0.1;
-
-/* ----------------------------------------------------------------------
-   facets near my points and who may touch what; once per reneighbouring
-------------------------------------------------------------------------- */
-
-void FixDefe::build_surfaces()
-{
-  facets.clear();
-  facet_nodes.clear();
-  contact_pairs.clear();
-  contact_facets.clear();
-  own_facets.clear();
-  ball_pairs.clear();
-  surface_at.clear();
-  if (!(contact_factor > 0.0)) return;
-
-  const int nlocal = atom->nlocal;
-  // elements with a face to the outside: mine, and those of the ranks around
+ private:
+  FixDefe &fix;
+  Atom *atom;
+  Domain *domain;
+  defe::SurfaceTables &table;
+  double **x;
+  const int nlocal;
+  const double skin;
 
   struct Exposed {
     const HexPod *hex;
     const int *idx;
   };
-  std::vector<Exposed> around;
-  around.reserve(exposed.size());
+  std::vector<Exposed> around;    // elements with a free face: mine, and those of the ranks around
   std::deque<std::array<int, 8>> ghost_idx;
-  const bool ghosts = comm->nprocs > 1 || domain->xperiodic || domain->yperiodic ||
-      domain->zperiodic;
-  for (const auto &e : exposed) {
-    const Batch &b = batches[e.first];
-    around.push_back({b.hex[e.second], b.node[e.second].data()});
-    if (ghosts) surface_at[b.node[e.second][0]].push_back(*b.hex[e.second]);
-  }
-  if (ghosts) {
-    comm_mode = SURFACE;
-    for (comm_round = 0; comm_round < hexes_per_node; comm_round++)
-      comm->forward_comm(this, SURFACE_SIZE);
-    std::vector<int> anchors;
-    for (const auto &s : surface_at)
-      if (s.first >= nlocal) anchors.push_back(s.first);
-    std::sort(anchors.begin(), anchors.end());
-    for (int anchor : anchors)
-      for (const auto &h : surface_at[anchor]) {
-        std::array<int, 8> idx;
-        idx[0] = anchor;
-        bool complete = true;
-        for (int a = 1; a < 8 && complete; a++) {
-          const int j = local_of(h.node[a]);
-          complete = j >= 0;
-          if (!complete) continue;
-          // beside a ghost anchor the right image of a node may be missing: then this is another one
-          idx[a] = domain->closest_image(anchor, j);
-          double rsq = 0.0;
-          for (int d = 0; d < 3; d++) {
-            const double del = xframe[idx[a]][d] - xframe[anchor][d];
-            rsq += del * del;
-          }
-          complete = rsq < 1.01 * max_diagonal * max_diagonal;
-        }
-        // otherwise it is farther away than anything of mine can touch
-        if (!complete) continue;
-        ghost_idx.push_back(idx);
-        around.push_back({&h, ghost_idx.back().data()});
-      }
-  }
-
-  // their faces, as they are now
 
   struct Face {
     int hex, face;    // index into around, local number
-    double centre[3];
-    double extent, skew;    // squared, see farthest_behind()
+    double centre[3], normal[3];
+    double extent;    // squared distance of its farthest node
     size_t cell;
   };
-  std::vector<Face> faces;
-  faces.reserve(2 * around.size());
-  double **x = atom->x;
+  std::vector<Face> all_faces;
+  double extent_max = 0.0;
+  std::vector<int> balls, large_balls;    // owned and ghost
+
+  // of each entry of table.facets
+  struct Side {
+    double centre[3], extent;
+    int hex, face;    // face: index into all_faces
+    bool outer, mine, used;
+  };
+  std::vector<Side> sides;
+
+  struct Point {
+    int atom, part;
+    double r, aside;    // how far beside a facet it still counts
+  };
+  std::vector<Point> points;
+  std::vector<int> part_of;                  // of owned nodes on outer faces
+  std::vector<int> first_corner, corners;    // outer facets of each owned node
+  std::vector<std::pair<int, int>> near;     // indices of point and facet
+
+  void gather_elements();
+  void gather_ghost_elements();
+  void make_faces();
+  void choose_facets();
+  void add_facet(const Face &);
+  void complete(int facet);
+  std::vector<int> first_face, faces_at;    // all faces at each atom
+  void list_faces_of_atoms();
+  const int *nodes_of(int face, int *node) const;
+  defe::Vec3 reference_normal(int face) const;
+  void find_rims(int facet);
+  std::vector<char> sharp_node;    // of owned nodes: 0 no, 1 yes, 2 not looked at
+  bool sharp(int node);
+  bool ball_is_near(int ball, const double *centre, double extent) const;
+  void pair_balls();
+  void find_corners();
+  void find_points();
+  void find_near();
+  bool by_identity(int a, int b) const;
+  bool joined(int node, const defe::ContactFacet &) const;
+  bool faces(int node, int facet) const;
+  void make_points();
+  void keep_used();
+};
+
+}    // namespace LAMMPS_NS
+
+/* ---------------------------------------------------------------------- */
+
+void FixDefe::build_surfaces()
+{
+  surface.clear();
+  facet_nodes.clear();
+  surface_at.clear();
+  fresh.clear();
+  for (int i : jt.self)
+    if (i < atom->nlocal && touch[i] && touch[i]->fresh) fresh.push_back(i);
+  if (contact_factor > 0.0) DefeSurfaceSearch(this).run();
+}
+
+void DefeSurfaceSearch::run()
+{
+  gather_elements();
+  make_faces();
+  list_faces_of_atoms();
+  sharp_node.assign(nlocal, 2);
+  choose_facets();
+  fix.pack_facet_nodes();
+  fix.update_planes();
+  fix.planes_fresh = true;
+  pair_balls();
+  find_corners();
+  find_points();
+  if (!table.facets.empty() && !points.empty()) {
+    find_near();
+    make_points();
+  }
+  keep_used();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DefeSurfaceSearch::gather_elements()
+{
+  const bool ghosts = fix.comm->nprocs > 1 || domain->xperiodic || domain->yperiodic ||
+      domain->zperiodic;
+  around.reserve(fix.exposed.size());
+  for (const auto &e : fix.exposed) {
+    const auto &b = fix.batches[e.first];
+    around.push_back({b.hex[e.second], b.node[e.second].data()});
+    if (ghosts) fix.surface_at[b.node[e.second][0]].push_back(*b.hex[e.second]);
+  }
+  if (ghosts) gather_ghost_elements();
+}
+
+void DefeSurfaceSearch::gather_ghost_elements()
+{
+  fix.comm_mode = FixDefe::SURFACE;
+  for (fix.comm_round = 0; fix.comm_round < fix.hexes_per_node; fix.comm_round++)
+    fix.comm->forward_comm(&fix, FixDefe::SURFACE_SIZE);
+  std::vector<int> anchors;
+  for (const auto &s : fix.surface_at)
+    if (s.first >= nlocal) anchors.push_back(s.first);
+  std::sort(anchors.begin(), anchors.end());
+  double **xframe = fix.xframe;
+  for (int anchor : anchors)
+    for (const auto &h : fix.surface_at[anchor]) {
+      std::array<int, 8> idx;
+      idx[0] = anchor;
+      bool complete = true;
+      for (int a = 1; a < 8 && complete; a++) {
+        const int j = fix.local_of(h.node[a]);
+        complete = j >= 0;
+        if (!complete) continue;
+        // beside a ghost anchor the right image of a node may be missing: then this is another one
+        idx[a] = domain->closest_image(anchor, j);
+        complete =
+            dist_sq(xframe[idx[a]], xframe[anchor]) < 1.01 * fix.max_diagonal * fix.max_diagonal;
+      }
+      // otherwise it is farther away than anything of mine can touch
+      if (!complete) continue;
+      ghost_idx.push_back(idx);
+      around.push_back({&h, ghost_idx.back().data()});
+    }
+}
+
+/* ----------------------------------------------------------------------
+   their faces, as they are now
+------------------------------------------------------------------------- */
+
+void DefeSurfaceSearch::make_faces()
+{
+  all_faces.reserve(2 * around.size());
   const double *coords = around.empty() ? nullptr : &x[0][0];
-  double extent_max = 0.0, skew_max = 0.0;
-  Cells space;
   for (size_t e = 0; e < around.size(); e++)
     for (int f = 0; f < 6; f++) {
       if (around[e].hex->nb[f] > 0) continue;
       const double *p[4];
       for (int a = 0; a < 4; a++) p[a] = coords + 3 * around[e].idx[defe::fe::hex_face[f][a]];
-      faces.emplace_back();
-      Face &face = faces.back();
+      all_faces.emplace_back();
+      Face &face = all_faces.back();
       face.hex = static_cast<int>(e);
       face.face = f;
-      face.extent = face.skew = 0.0;
+      face.extent = 0.0;
+      double d1[3], d2[3];
       for (int d = 0; d < 3; d++) {
         face.centre[d] = 0.25 * (p[0][d] + p[1][d] + p[2][d] + p[3][d]);
-        const double skew = 0.25 * (p[0][d] - p[1][d] + p[2][d] - p[3][d]);
-        face.skew += skew * skew;
+        d1[d] = p[2][d] - p[0][d];
+        d2[d] = p[3][d] - p[1][d];
       }
+      double length = 0.0;
+      for (int d = 0; d < 3; d++) {
+        face.normal[d] = d1[(d + 1) % 3] * d2[(d + 2) % 3] - d1[(d + 2) % 3] * d2[(d + 1) % 3];
+        length += face.normal[d] * face.normal[d];
+      }
+      length = std::sqrt(length);
+      for (double &n : face.normal) n /= length;
       for (const double *q : p) face.extent = std::max(face.extent, dist_sq(q, face.centre));
       extent_max = std::max(extent_max, face.extent);
-      skew_max = std::max(skew_max, face.skew);
-      space.add(face.centre);
     }
   extent_max = std::sqrt(extent_max);
-  skew_max = std::sqrt(skew_max);
+}
 
-  // which parts are where, in a grid: far from all others, and from DEs, there is nothing to do
-  // A facet is needed if it can meet a point of another part, or belongs to a point that can meet a
-  // facet of another part: either way the centres of two facets are within `range`.
+/* ----------------------------------------------------------------------
+   facets that can meet anything: in a grid, those with another part, a DE, a ball, or a face of
+   their own part that looks against them, within the range in which two facets can touch
+------------------------------------------------------------------------- */
 
+void DefeSurfaceSearch::choose_facets()
+{
+  const auto &jt = fix.jt;
   double rmax = 0.0;
-  for (int d = 0; d < jt.nde; d++) rmax = std::max(rmax, outer_reach[jt.self[d]]);
-  std::vector<int> balls, large_balls;
+  Cells space;
+  for (const auto &face : all_faces) space.add(face.centre);
+  for (int d = 0; d < jt.nde; d++) {
+    rmax = std::max(rmax, fix.outer_reach[jt.self[d]]);
+    space.add(x[jt.self[d]]);
+  }
   for (int i = 0; i < nlocal + atom->nghost; i++) {
-    if (!is_ball(i)) continue;
+    if (!fix.is_ball(i)) continue;
     balls.push_back(i);
-    if (atom->radius[i] > max_diagonal)
+    space.add(x[i]);
+    if (atom->radius[i] > fix.max_diagonal)
       large_balls.push_back(i);
     else
       rmax = std::max(rmax, atom->radius[i]);
   }
-  const auto ball_is_near = [&](int ball, const double *centre, double extent) {
-    const double far = atom->radius[ball] + extent + neighbor->skin;
-    return dist_sq(x[ball], centre) < far * far;
-  };
-  // of a point in front of a facet, or behind it
-  const double reach =
-      std::max(extent_max + rmax, farthest_behind(extent_max, MAX_DEPTH * max_facet, skew_max)) +
-      neighbor->skin;
-  const double range = reach + extent_max;
+  // from the middle of a facet to a point that it touches, and to the middle of that one's facet
+  const double range = std::max(2.5 * extent_max, 2.0 * extent_max + 2.0 * rmax) + 1.5 * skin;
 
-  for (int d = 0; d < jt.nde; d++) space.add(x[jt.self[d]]);
-  for (int i : balls) space.add(x[i]);
   // a bit for each part; parts beyond the last bit, DEs and balls are always several
   constexpr unsigned SEVERAL = 3u << 30;
   const auto bit = [](int part) {
     return part < 30 ? 1u << part : SEVERAL;
   };
   space.divide(0.5 * range);
-  std::vector<unsigned> who(space.count(), 0);
-  for (auto &face : faces) {
+  std::vector<unsigned> who(space.count(), 0), where(space.count(), 0);
+  for (auto &face : all_faces) {
     face.cell = space.of(face.centre);
     who[face.cell] |= bit(around[face.hex].hex->part);
+    for (int d = 0; d < 3; d++) {
+      if (face.normal[d] > OPPOSED) where[face.cell] |= 1u << (2 * d);
+      if (face.normal[d] < -OPPOSED) where[face.cell] |= 2u << (2 * d);
+    }
   }
   for (int d = 0; d < jt.nde; d++) who[space.of(x[jt.self[d]])] |= SEVERAL;
   for (int i : balls) who[space.of(x[i])] |= SEVERAL;
   space.spread(who, 2);
+  space.spread(where, 2);
 
-  std::vector<int> hex_of_facet;
-  std::vector<double> extent, behind;
-  for (const auto &face : faces) {
-    const HexPod &h = *around[face.hex].hex;
-    const unsigned there = who[face.cell];
-    if ((there & (there - 1)) == 0) {    // one part only
+  for (const auto &face : all_faces) {
+    const unsigned there = who[face.cell], axes = where[face.cell];
+    if ((there & (there - 1)) == 0 && (axes & (axes >> 1) & 21u) == 0) {
       bool hit = false;
       for (int i : large_balls) hit = hit || ball_is_near(i, face.centre, extent_max);
       if (!hit) continue;
     }
-    facets.emplace_back();
-    Facet &facet = facets.back();
-    facet.element = h.id;
-    facet.face = face.face;
-    facet.part = h.part;
-    facet.outer = (h.nb[face.face] == 0);
-    facet.mine = (around[face.hex].idx[0] < nlocal);
-    for (int d = 0; d < 3; d++) facet.centre[d] = face.centre[d];
+    add_facet(face);
+  }
+}
+
+void DefeSurfaceSearch::add_facet(const Face &face)
+{
+  const HexPod &h = *around[face.hex].hex;
+  defe::ContactFacet facet;
+  facet.element = h.id;
+  facet.part = h.part;
+  for (int k = 0; k < 4; k++)
+    facet.node[k] = around[face.hex].idx[defe::fe::hex_face[face.face][k]];
+  facet.k_area = fix.material_of(fix.parts[h.part]).rigid() ? -1.0 : 0.0;
+  facet.area = facet.half_xi = facet.half_eta = facet.depth_max = 0.0;    // see complete()
+  for (bool &rim : facet.rim) rim = true;
+  table.facets.push_back(facet);
+  Side side;
+  for (int d = 0; d < 3; d++) side.centre[d] = face.centre[d];
+  side.extent = std::sqrt(face.extent);
+  side.hex = face.hex;
+  side.face = static_cast<int>(&face - all_faces.data());
+  side.outer = (h.nb[face.face] == 0);
+  side.mine = (around[face.hex].idx[0] < nlocal);
+  side.used = false;
+  sides.push_back(side);
+}
+
+/* ----------------------------------------------------------------------
+   reference geometry and stiffness, only of facets that are used
+------------------------------------------------------------------------- */
+
+void DefeSurfaceSearch::complete(int k)
+{
+  if (sides[k].used) return;
+  sides[k].used = true;
+  defe::ContactFacet &f = table.facets[k];
+  Vec3 P[4];
+  for (int a = 0; a < 4; a++) P[a] = Vec3(fix.xframe[f.node[a]]);
+  f.area = defe::fe::face_area(P);
+  const Vec3 a = 0.25 * (P[1] + P[2] - P[0] - P[3]), b = 0.25 * (P[2] + P[3] - P[0] - P[1]);
+  const double cross = a.cross(b).norm();
+  f.half_xi = cross / b.norm();
+  f.half_eta = cross / a.norm();
+  const double volume = around[sides[k].hex].hex->volume;
+  find_rims(k);
+  // half of the element, so that a point is not nearer to its far side
+  f.depth_max = 0.5 * std::min(volume / f.area, std::sqrt(f.area));
+  if (f.k_area < 0.0) return;
+  const double bulk = fix.material_of(fix.parts[f.part]).elastic().bulk();
+  f.k_area = defe::penalty_stiffness_per_area(fix.contact_factor, bulk, f.area, volume);
+}
+
+/* ----------------------------------------------------------------------
+   where a surface ends or bends sharply, in the reference configuration: such edges are rims
+------------------------------------------------------------------------- */
+
+void DefeSurfaceSearch::list_faces_of_atoms()
+{
+  const int nall = nlocal + atom->nghost;
+  first_face.assign(nall + 1, 0);
+  int node[4];
+  for (size_t f = 0; f < all_faces.size(); f++)
+    for (int k = 0; k < 4; k++) first_face[nodes_of(static_cast<int>(f), node)[k] + 1]++;
+  for (int i = 0; i < nall; i++) first_face[i + 1] += first_face[i];
+  faces_at.resize(first_face[nall]);
+  std::vector<int> next(first_face.begin(), first_face.end() - 1);
+  for (size_t f = 0; f < all_faces.size(); f++)
     for (int k = 0; k < 4; k++)
-      facet.node[k] = around[face.hex].idx[defe::fe::hex_face[face.face][k]];
-    facet_nodes.push_back({facet.node[0], facet.node[1], facet.node[2], facet.node[3]});
-    facet.size = std::sqrt(std::max(dist_sq(xframe[facet.node[2]], xframe[facet.node[0]]),
-                                    dist_sq(xframe[facet.node[3]], xframe[facet.node[1]])));
-    facet.used = false;
-    facet.k_area = material_of(parts[h.part]).rigid() ? -1.0 : 0.0;
-    hex_of_facet.push_back(face.hex);
-    extent.push_back(std::sqrt(face.extent));
-    behind.push_back(farthest_behind(extent.back(), MAX_DEPTH * facet.size, std::sqrt(face.skew)));
+      faces_at[next[nodes_of(static_cast<int>(f), node)[k]]++] = static_cast<int>(f);
+}
+
+const int *DefeSurfaceSearch::nodes_of(int face, int *node) const
+{
+  const Face &f = all_faces[face];
+  for (int k = 0; k < 4; k++) node[k] = around[f.hex].idx[defe::fe::hex_face[f.face][k]];
+  return node;
+}
+
+Vec3 DefeSurfaceSearch::reference_normal(int face) const
+{
+  int node[4];
+  nodes_of(face, node);
+  double **X = fix.xframe;
+  return (Vec3(X[node[2]]) - Vec3(X[node[0]]))
+      .cross(Vec3(X[node[3]]) - Vec3(X[node[1]]))
+      .normalized();
+}
+
+void DefeSurfaceSearch::find_rims(int k)
+{
+  defe::ContactFacet &f = table.facets[k];
+  const int face = sides[k].face;
+  const Vec3 n = reference_normal(face);
+  static constexpr int edge_at[4] = {1, 3, 2, 0};    // xi = 1: nodes 1 and 2, ...
+  for (int e = 0; e < 4; e++) {
+    const int a = f.node[edge_at[e]], b = f.node[(edge_at[e] + 1) % 4];
+    f.rim[e] = true;
+    for (int c = first_face[a]; c < first_face[a + 1]; c++) {
+      const int other = faces_at[c];
+      if (other == face) continue;
+      int node[4];
+      nodes_of(other, node);
+      if (std::find(node, node + 4, b) == node + 4) continue;
+      if (reference_normal(other).dot(n) > RIM_COSINE) f.rim[e] = false;
+    }
   }
-  update_planes();
-  planes_fresh = true;
+}
 
-  // area and stiffness only of facets that are used
+// the faces of its part at the node do not lie in one plane, or the surface ends there
+bool DefeSurfaceSearch::sharp(int i)
+{
+  char &known = sharp_node[i];
+  if (known != 2) return known == 1;
+  known = 0;
+  for (int c = first_face[i]; c < first_face[i + 1] && !known; c++)
+    for (int d = first_face[i]; d < c && !known; d++)
+      if (reference_normal(faces_at[c]).dot(reference_normal(faces_at[d])) <= RIM_COSINE) known = 1;
+  return known == 1;
+}
 
-  const auto complete = [&](int k) {
-    Facet &f = facets[k];
-    if (f.used) return;
-    f.used = true;
-    Vec3 P[4];
-    for (int a = 0; a < 4; a++) P[a] = Vec3(xframe[f.node[a]]);
-    f.area = defe::fe::face_area(P);
-    if (f.k_area < 0.0) return;
-    const double bulk = material_of(parts[f.part]).elastic().bulk();
-    const double volume = around[hex_of_facet[k]].hex->volume;
-    f.k_area = defe::penalty_stiffness_per_area(contact_factor, bulk, f.area, volume);
+/* ----------------------------------------------------------------------
+   balls against facets of this rank; a ball is rigid, too
+------------------------------------------------------------------------- */
+
+bool DefeSurfaceSearch::ball_is_near(int ball, const double *centre, double extent) const
+{
+  const double far = atom->radius[ball] + extent + skin;
+  return dist_sq(x[ball], centre) < far * far;
+}
+
+void DefeSurfaceSearch::pair_balls()
+{
+  if (balls.empty()) return;
+  const auto consider = [this](int ball, int k) {
+    if (!sides[k].mine || table.facets[k].k_area < 0.0) return;
+    if (!ball_is_near(ball, sides[k].centre, sides[k].extent)) return;
+    complete(k);
+    table.balls.push_back({ball, k});
   };
-
-  for (size_t k = 0; k < facets.size() && !balls.empty(); k++) {
-    const Facet &f = facets[k];
-    if (!f.mine || f.k_area < 0.0) continue;    // a ball is rigid, too
+  for (int ball : large_balls)
+    for (size_t k = 0; k < sides.size(); k++) consider(ball, static_cast<int>(k));
+  if (large_balls.size() < balls.size()) {
+    struct Item {
+      double x[3];
+      int facet;
+    };
+    std::vector<Item> items;
+    double largest = 0.0;
     for (int i : balls)
-      if (presses_on_area(atom->radius[i], f.size) && ball_is_near(i, f.centre, extent[k])) {
-        complete(static_cast<int>(k));
-        ball_pairs.push_back({i, static_cast<int>(k)});
-      }
+      if (atom->radius[i] <= fix.max_diagonal) largest = std::max(largest, atom->radius[i]);
+    for (size_t k = 0; k < sides.size(); k++)
+      items.push_back(
+          {{sides[k].centre[0], sides[k].centre[1], sides[k].centre[2]}, static_cast<int>(k)});
+    const CellList<Item> list(std::move(items), largest + extent_max + skin);
+    for (int ball : balls)
+      if (atom->radius[ball] <= fix.max_diagonal)
+        list.runs_around(x[ball], [&](int first, int last) {
+          for (int c = first; c < last; c++) consider(ball, list.all()[c].facet);
+        });
   }
+  // an order that no list of atoms or facets has made
+  std::sort(table.balls.begin(), table.balls.end(), [this](const auto &a, const auto &b) {
+    if (atom->tag[a.atom] != atom->tag[b.atom]) return atom->tag[a.atom] < atom->tag[b.atom];
+    if (a.facet != b.facet) return by_identity(a.facet, b.facet);
+    return a.atom < b.atom;
+  });
+}
 
-  // points: my nodes on outer faces, my DEs, and small balls
+/* ----------------------------------------------------------------------
+   the outer facets of each node of this rank
+------------------------------------------------------------------------- */
 
-  struct Point {
-    int atom, part;
-    double r;
-    bool ball;
+void DefeSurfaceSearch::find_corners()
+{
+  part_of.assign(nlocal, MAXSMALLINT);
+  first_corner.assign(nlocal + 1, 0);
+  const auto for_corners = [&](auto f) {
+    for (size_t k = 0; k < sides.size(); k++)
+      if (sides[k].outer)
+        for (int i : table.facets[k].node)
+          if (i < nlocal) f(i, static_cast<int>(k));
   };
-  std::vector<Point> points;
-  std::vector<int> part_of(nlocal, MAXSMALLINT);
-  for (const auto &f : facets) {
-    if (!f.outer) continue;
-    for (int i : f.node)
-      if (i < nlocal) part_of[i] = MIN(part_of[i], f.part);    // one that parts share: the first
-  }
-  for (int i = 0; i < nlocal; i++)
-    if (part_of[i] < MAXSMALLINT) points.push_back({i, part_of[i], 0.0, false});
-  for (int d = 0; d < jt.nde; d++)
-    points.push_back({jt.self[d], jt.rec[d]->part, outer_reach[jt.self[d]], false});
-  for (int i : balls)
-    if (i < nlocal && !presses_on_area(atom->radius[i], max_diagonal))
-      points.push_back({i, -1, atom->radius[i], true});
-  if (facets.empty() || points.empty()) {
-    keep_used_facets();
-    return;
-  }
+  for_corners([&](int node, int facet) {
+    first_corner[node + 1]++;
+    part_of[node] = MIN(part_of[node], table.facets[facet].part);    // that parts share: the first
+  });
+  for (int i = 0; i < nlocal; i++) first_corner[i + 1] += first_corner[i];
+  corners.resize(first_corner[nlocal]);
+  std::vector<int> next(first_corner.begin(), first_corner.end() - 1);
+  for_corners([&](int node, int facet) {
+    corners[next[node]++] = facet;
+  });
+}
 
-  // facets around each point, in cells as large as their reach: a grid per class of sizes
+/* ----------------------------------------------------------------------
+   points: my nodes on outer faces, my DEs
+------------------------------------------------------------------------- */
 
+void DefeSurfaceSearch::find_points()
+{
+  for (int i = 0; i < nlocal; i++) {
+    if (part_of[i] == MAXSMALLINT) continue;
+    // a patch reaches beyond its node's place by its own size at the most
+    double own = 0.0;
+    for (int c = first_corner[i]; c < first_corner[i + 1]; c++)
+      own = std::max(own, sides[corners[c]].extent);
+    points.push_back({i, part_of[i], 0.0, 1.1 * own});
+  }
+  const auto &jt = fix.jt;
+  for (int d = 0; d < jt.nde; d++) {
+    const int i = jt.self[d];
+    points.push_back(
+        {i, jt.rec[d]->part, fix.outer_reach[i], 0.5 * std::sqrt(jt.rec[d]->outer_area)});
+  }
+}
+
+// an order that no list of atoms or facets has made
+bool DefeSurfaceSearch::by_identity(int a, int b) const
+{
+  const auto &fa = table.facets[a], &fb = table.facets[b];
+  if (fa.part != fb.part) return fa.part < fb.part;
+  if (fa.element != fb.element) return fa.element < fb.element;
+  return a < b;    // faces of one element are in order
+}
+
+/* ----------------------------------------------------------------------
+   a node is joined to a facet of its part that shares a node with one of its own
+------------------------------------------------------------------------- */
+
+bool DefeSurfaceSearch::joined(int node, const defe::ContactFacet &facet) const
+{
+  const tagint *tag = atom->tag;
+  for (int c = first_corner[node]; c < first_corner[node + 1]; c++)
+    for (int mine : table.facets[corners[c]].node)
+      for (int other : facet.node)
+        if (tag[mine] == tag[other]) return true;
+  return false;
+}
+
+/* ----------------------------------------------------------------------
+   one of the node's facets looks against this one, or may do so before the next search
+------------------------------------------------------------------------- */
+
+bool DefeSurfaceSearch::faces(int node, int facet) const
+{
+  const Vec3 &n = table.planes[facet].normal;
+  for (int c = first_corner[node]; c < first_corner[node + 1]; c++)
+    if (-table.planes[corners[c]].normal.dot(n) > defe::facing_limit - 0.15) return true;
+  return false;
+}
+
+/* ----------------------------------------------------------------------
+   facets around each point, in cells as large as their reach: a grid per class of sizes
+------------------------------------------------------------------------- */
+
+void DefeSurfaceSearch::find_near()
+{
   struct Candidate {
     double x[3];
-    double front, behind;    // largest distances of a point without radius
+    double extent;
     int part, facet;
   };
   struct SizeClass {
     double reach = 0.0;
     std::vector<Candidate> candidates;
   };
+  double most = 0.0;    // of what a point adds to a facet's own size
+  for (const auto &p : points)
+    most = std::max(most, p.r > 0.0 ? std::max(p.r, p.aside) : 1.5 * p.aside);
+  const double drift = 1.5 * skin;
   std::map<int, SizeClass> classes;
-  for (size_t k = 0; k < facets.size(); k++) {
-    const Facet &f = facets[k];
-    const double mine = std::max(extent[k] + rmax, behind[k]) + neighbor->skin;
-    auto &c = classes[std::ilogb(reach / mine)];
+  for (size_t k = 0; k < sides.size(); k++) {
+    const double mine = 1.5 * sides[k].extent + most + drift;    // depths are below 0.5 extents
+    auto &c = classes[std::ilogb((1.5 * extent_max + most + drift) / mine)];
     c.reach = std::max(c.reach, mine);
-    c.candidates.push_back({{f.centre[0], f.centre[1], f.centre[2]},
-                            extent[k],
-                            behind[k],
-                            f.part,
-                            static_cast<int>(k)});
+    const double *at = sides[k].centre;
+    c.candidates.push_back(
+        {{at[0], at[1], at[2]}, sides[k].extent, table.facets[k].part, static_cast<int>(k)});
   }
   std::vector<CellList<Candidate>> lists;
   for (auto &c : classes) lists.emplace_back(std::move(c.second.candidates), c.second.reach);
 
-  const bool born_loose = force->pair_match("defe/contact", 1) != nullptr;    // ties hold nothing
-  // beside its edges a facet that turns moves farther than its nodes
-  const double drift = (1.0 + EDGE_MARGIN) * neighbor->skin;
-  std::vector<std::pair<int, int>> near;    // indices of point and facet
-  // an order that no list of atoms or facets has made
-  const auto by_identity = [this](int a, int b) {
-    const Facet &fa = facets[a], &fb = facets[b];
-    if (fa.part != fb.part) return fa.part < fb.part;
-    return fa.element != fb.element ? fa.element < fb.element : fa.face < fb.face;
-  };
-
+  const bool born_loose =
+      fix.force->pair_match("defe/contact", 1) != nullptr;    // ties hold nothing
   for (size_t n = 0; n < points.size(); n++) {
     const Point &p = points[n];
     const double *xp = x[p.atom];
-    const bool is_node = p.r == 0.0, de_point = !is_node && !p.ball;
-    const bool rigid = !p.ball && material_of(parts[p.part]).rigid();
+    const bool is_node = p.r == 0.0;
+    const bool rigid = fix.material_of(fix.parts[p.part]).rigid();
     const size_t before = near.size();
     for (const auto &list : lists)
       list.runs_around(xp, [&](int first, int last) {
         for (int c = first; c < last; c++) {
           const Candidate &f = list.all()[c];
-          const bool same = (f.part == p.part);
-          if (same && is_node) continue;
-          // nothing of its own part gets behind a face
           const double cut =
-              (same ? f.front + p.r : std::max(f.front + p.r, f.behind)) + neighbor->skin;
+              1.5 * f.extent + (is_node ? 1.5 * p.aside : std::max(p.r, p.aside)) + drift;
           if (dist_sq(xp, f.x) > cut * cut) continue;
-          const Facet &facet = facets[f.facet];
-          const double depth = same ? 0.0 : MAX_DEPTH * facet.size;
-          if (facet_planes[f.facet].beyond(Vec3(xp), p.r, depth, drift)) continue;
-          if (p.ball && presses_on_area(p.r, facet.size)) continue;
-          if (facet.k_area < 0.0 && (p.ball || rigid)) continue;
-          // a DE is tied to this element; if that cannot end, it need not be looked at again
-          if (de_point && !born_loose && !adhesive_of(p.part, f.part) &&
-              tied(p.atom, facet.element))
+          const defe::ContactFacet &facet = table.facets[f.facet];
+          if (facet.k_area < 0.0 && rigid) continue;
+          const double behind = 0.75 * f.extent + (is_node ? p.aside : 0.0);
+          if (table.planes[f.facet].out_of_reach(Vec3(xp), is_node ? p.aside : p.r, behind, p.aside,
+                                                 skin))
             continue;
+          if (is_node) {
+            if (!faces(p.atom, f.facet)) continue;
+            if (f.part == p.part && joined(p.atom, facet)) continue;
+          } else if (!born_loose && !fix.adhesive_of(p.part, f.part) &&
+                     fix.tied(p.atom, facet.element))
+            continue;    // that tie cannot end: the facet need not be looked at again
           near.emplace_back(static_cast<int>(n), f.facet);
         }
       });
@@ -364,138 +622,111 @@ void FixDefe::build_surfaces()
         return by_identity(a.second, b.second);
       });
   }
+}
 
-  // the outer facets of each node among them, of all parts
+/* ----------------------------------------------------------------------
+   pairs of a point with each part
+------------------------------------------------------------------------- */
 
-  std::vector<int> first_corner(1, 0), corners;    // by number of the node: ~number is in part_of
-  for (const auto &n : near) {
-    if (points[n.first].r > 0.0 || part_of[points[n.first].atom] < 0) continue;
-    part_of[points[n.first].atom] = ~static_cast<int>(first_corner.size() - 1);
-    first_corner.push_back(0);
-  }
-  const auto for_corners = [&](auto f) {
-    for (size_t k = 0; k < facets.size(); k++)
-      if (facets[k].outer)
-        for (int i : facets[k].node)
-          if (i < nlocal && part_of[i] < 0) f(~part_of[i], static_cast<int>(k));
-  };
-  for_corners([&](int node, int) {
-    first_corner[node + 1]++;
-  });
-  for (size_t k = 1; k < first_corner.size(); k++) first_corner[k] += first_corner[k - 1];
-  corners.resize(first_corner.back());
-  std::vector<int> next(first_corner.begin(), first_corner.end() - 1);
-  for_corners([&](int node, int facet) {
-    corners[next[node]++] = facet;
-  });
-
-  // pairs of a point with each part
-
+void DefeSurfaceSearch::make_points()
+{
+  const auto &jt = fix.jt;
   for (size_t k = 0; k < near.size();) {
     const int n = near[k].first;
     const Point &p = points[n];
-    ContactPair cp;
-    cp.point = p.atom;
-    cp.own = static_cast<int>(own_facets.size());
+    defe::ContactPoint cp;
+    cp.atom = p.atom;
+    cp.own = static_cast<int>(table.patches.size());
     cp.area = 0.0;
-    cp.k_own = -1.0;    // a ball is rigid
-    cp.ball = p.ball;
-    // nodes are met a second time, by the nodes of the other side against their facets
-    cp.weight = p.r > 0.0 ? 1.0 : 0.5;
-    if (p.ball)
-      cp.area = 4.0 * std::atan(1.0) * p.r * p.r;
-    else if (p.r > 0.0) {
-      cp.area = jt.rec[jt.of_atom[p.atom]]->outer_area;
-      cp.k_own = ball_stiffness(p.part, p.atom) / cp.area;
+    cp.half = p.aside;
+    cp.k_own = -1.0;
+    const DERecord *record = nullptr;
+    if (p.r > 0.0) {
+      record = jt.rec[jt.of_atom[p.atom]];
+      cp.area = record->outer_area;
+      cp.k_own = fix.ball_stiffness(p.part, p.atom) / cp.area;
     } else {
-      double sum = 0.0;
-      const int node = ~part_of[p.atom];
-      std::sort(&corners[first_corner[node]], &corners[0] + first_corner[node + 1], by_identity);
-      for (int c = first_corner[node]; c < first_corner[node + 1]; c++) {
-        const int own = corners[c];
-        if (facets[own].part != p.part) continue;
-        complete(own);
-        sum += facets[own].k_area;
-        own_facets.push_back(own);
+      std::vector<int> own;
+      for (int c = first_corner[p.atom]; c < first_corner[p.atom + 1]; c++)
+        if (table.facets[corners[c]].part == p.part) own.push_back(corners[c]);
+      std::sort(own.begin(), own.end(), [this](int a, int b) {
+        return by_identity(a, b);
+      });
+      for (int facet : own) {
+        complete(facet);
+        const int *node = table.facets[facet].node;
+        table.patches.push_back(
+            {facet, static_cast<int>(std::find(node, node + 4, p.atom) - node)});
       }
-      cp.k_own = sum / (static_cast<int>(own_facets.size()) - cp.own);
     }
-    cp.nown = static_cast<int>(own_facets.size()) - cp.own;
+    cp.nown = static_cast<int>(table.patches.size()) - cp.own;
+    cp.sharp = !record && sharp(p.atom);
     while (k < near.size() && near[k].first == n) {
-      cp.part = facets[near[k].second].part;
+      cp.part = table.facets[near[k].second].part;
       cp.same = (cp.part == p.part);
-      cp.first = static_cast<int>(contact_facets.size());
+      cp.first = static_cast<int>(table.candidates.size());
       // against its own part a DE is a sphere: those of tall cells reach beyond it only outwards
       cp.r = cp.same ? std::min(p.r, atom->radius[p.atom]) : p.r;
       // spheres of flat cells reach through the face that they were tied to from the start
-      if (p.r > 0.0 && !p.ball)
-        for (const auto &slot : jt.rec[jt.of_atom[p.atom]]->slot)
+      if (record)
+        for (const auto &slot : record->slot)
           if (slot.kind == DefeJoint::TIE && slot.part == cp.part)
             cp.r = std::min(cp.r, Vec3(slot.face).dot(Vec3(slot.normal)));
-      for (; k < near.size() && near[k].first == n && facets[near[k].second].part == cp.part; k++) {
+      for (; k < near.size() && near[k].first == n && table.facets[near[k].second].part == cp.part;
+           k++) {
         complete(near[k].second);
-        contact_facets.push_back(near[k].second);
+        table.candidates.push_back(near[k].second);
       }
-      cp.count = static_cast<int>(contact_facets.size()) - cp.first;
-      contact_pairs.push_back(cp);
+      cp.count = static_cast<int>(table.candidates.size()) - cp.first;
+      table.points.push_back(cp);
     }
   }
-  keep_used_facets();
 }
 
 /* ----------------------------------------------------------------------
    only the facets of contacts are looked at in each step
 ------------------------------------------------------------------------- */
 
-void FixDefe::keep_used_facets()
+void DefeSurfaceSearch::keep_used()
 {
-  std::vector<int> now(facets.size(), -1);
+  std::vector<int> now(table.facets.size(), -1);
   int n = 0;
-  for (size_t k = 0; k < facets.size(); k++) {
-    if (!facets[k].used) continue;
+  for (size_t k = 0; k < table.facets.size(); k++) {
+    if (!sides[k].used) continue;
     now[k] = n;
-    facets[n] = facets[k];
-    facet_nodes[n] = facet_nodes[k];
-    facet_planes[n] = facet_planes[k];
+    table.facets[n] = table.facets[k];
+    table.planes[n] = table.planes[k];
     n++;
   }
-  facets.resize(n);
-  facet_nodes.resize(n);
-  facet_planes.resize(n);
-  for (int &k : contact_facets) k = now[k];
-  for (int &k : own_facets) k = now[k];
-  for (auto &pair : ball_pairs) pair.facet = now[pair.facet];
+  table.facets.resize(n);
+  table.planes.resize(n);
+  for (int &k : table.candidates) k = now[k];
+  for (auto &patch : table.patches) patch.facet = now[patch.facet];
+  for (auto &pair : table.balls) pair.facet = now[pair.facet];
+  fix.pack_facet_nodes();
 }
 
 /* ----------------------------------------------------------------------
    the facets at the positions now
 ------------------------------------------------------------------------- */
 
+void FixDefe::pack_facet_nodes()
+{
+  facet_nodes.clear();
+  for (const auto &f : surface.facets)
+    facet_nodes.push_back({f.node[0], f.node[1], f.node[2], f.node[3]});
+}
+
 void FixDefe::update_planes()
 {
-  const int n = static_cast<int>(facets.size());
-  facet_planes.resize(n);
+  const int n = static_cast<int>(surface.facets.size());
+  surface.planes.resize(n);
   if (n)
     defe::facet_planes(n, reinterpret_cast<const int(*)[4]>(facet_nodes.data()), &atom->x[0][0],
-                       facet_planes.data());
+                       surface.planes.data());
 }
 
-/* ----------------------------------------------------------------------
-   area of a node that faces a surface with this normal, 0 if it looks another way
-   Only surfaces that face each other: where two edges lie flush, a node that comes free of one
-   face must not be taken for inside of the face round the corner.
-   With the normals of this step: the result must not depend on when the lists were made.
-------------------------------------------------------------------------- */
-
-double FixDefe::facing_area(const ContactPair &cp, const Vec3 &normal)
-{
-  double area = 0.0;
-  for (int k = cp.own; k < cp.own + cp.nown; k++) {
-    const double cosine = facet_planes[own_facets[k]].normal.dot(normal);
-    if (cosine < -0.3) area -= 0.25 * facets[own_facets[k]].area * cosine;
-  }
-  return area;
-}
+/* ---------------------------------------------------------------------- */
 
 bool FixDefe::is_ball(int i) const
 {
@@ -513,80 +744,6 @@ double FixDefe::ball_stiffness(int part, int i) const
 }
 
 /* ----------------------------------------------------------------------
-   balls against facets that are not larger: the penalty pressure k_A g over four points per facet,
-   natural coordinates +-1/2, a quarter of the area each. These are the points and areas of
-   the DEs that the element would become.
-   Friction has no history: Coulomb's, and viscous where that is less.
-------------------------------------------------------------------------- */
-
-void FixDefe::ball_forces()
-{
-  double **x = atom->x;
-  double **v = atom->v;
-  double **f = atom->f;
-  double **omega = atom->omega;
-  double **torque = atom->torque;
-  const double *rmass = atom->rmass;
-  static constexpr double pi = 3.14159265358979323846;
-  static constexpr double quarter[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}};
-  double N[4][4];
-  for (int q = 0; q < 4; q++) defe::facet_shape(quarter[q][0], quarter[q][1], N[q]);
-
-  for (const auto &pair : ball_pairs) {
-    const Facet &facet = facets[pair.facet];
-    const int i = pair.ball;
-    const double R = atom->radius[i];
-    const Vec3 c(x[i]);
-    const defe::FacetPlane &g = facet_planes[pair.facet];
-    const double far = R + 0.5 * facet.size;
-    if ((c - g.mid).squaredNorm() > far * far) continue;
-    if (std::abs((c - g.mid).dot(g.normal)) > R + g.warp) continue;
-    const double area = 0.25 * facet.area;
-    for (const auto &shape : N) {
-      Vec3 p = Vec3::Zero();
-      for (int a = 0; a < 4; a++) p += shape[a] * Vec3(x[facet.node[a]]);
-      const Vec3 off = c - p;
-      const double distance = off.norm();
-      const double overlap = R - distance;
-      if (overlap <= 0.0 || off.dot(g.normal) <= 0.0) continue;
-      const Vec3 n = off / distance;
-      const double k = facet.k_area * area;
-      const double push = k * overlap;
-      contact_energy += 0.5 * push * overlap;
-      Vec3 force = push * n;
-      if (contact_friction > 0.0) {
-        Vec3 slip = Vec3(v[i]) - Vec3(omega[i]).cross(off);
-        double mass = HUGE_VAL;
-        for (int a = 0; a < 4; a++) {
-          slip -= shape[a] * Vec3(v[facet.node[a]]);
-          mass = std::min(mass, rmass[facet.node[a]]);
-        }
-        slip -= slip.dot(n) * n;
-        const double speed = slip.norm();
-        // as many points as the ball can cover share its mass
-        const double points = 1.0 + pi * R * R / area;
-        const double viscous = STICK / (update->dt * (1.0 / mass + points / rmass[i]));
-        if (speed > 0.0) {
-          const double drag = std::min(contact_friction * push, viscous * speed);
-          force -= drag / speed * slip;
-          if (!update->setupflag) ledger.friction += drag * speed * update->dt;
-        }
-      }
-      const Vec3 moment = force.cross(off);
-      for (int d = 0; d < 3; d++) {
-        f[i][d] += force[d];
-        torque[i][d] += moment[d];
-      }
-      for (int a = 0; a < 4; a++)
-        for (int d = 0; d < 3; d++) f[facet.node[a]][d] -= shape[a] * force[d];
-      const double w[6] = {off[0] * force[0], off[1] * force[1], off[2] * force[2],
-                           off[0] * force[1], off[0] * force[2], off[1] * force[2]};
-      for (int d = 0; d < 6; d++) virial_fe[d] += w[d];
-    }
-  }
-}
-
-/* ----------------------------------------------------------------------
    a DE has no contact with an element that it is tied to
 ------------------------------------------------------------------------- */
 
@@ -601,155 +758,187 @@ bool FixDefe::tied(int i, tagint element) const
 }
 
 /* ----------------------------------------------------------------------
-   penalty forces, onto owned and ghost atoms
-   Sides are kept: a point gets into a body only by crossing a facet, so it can be no
-   deeper than it was a step ago plus the way it has gone since. What is deeper, lies
-   behind a face round the corner, or behind one that a conversion has just bared.
+   contacts of an atom from step to step
+------------------------------------------------------------------------- */
+
+namespace LAMMPS_NS {
+class DefeContactMemory : public defe::ContactMemory {
+ public:
+  explicit DefeContactMemory(FixDefe *host) : fix(*host) {}
+  defe::ContactHistory *find(int i, int part) override
+  {
+    AtomTouch *t = fix.touches(i);
+    if (t)
+      for (auto &face : t->faces)
+        if (face.part == part) return &face;
+    return nullptr;
+  }
+  defe::ContactHistory &make(int i, int part) override
+  {
+    auto &list = fix.touch_at(i).faces;
+    list.emplace_back();
+    list.back().part = part;
+    return list.back();
+  }
+  void drop(int i, int part) override
+  {
+    auto &list = fix.touch_at(i).faces;
+    for (auto &face : list)
+      if (face.part == part) {
+        face = list.back();
+        list.pop_back();
+        return;
+      }
+  }
+  bool tied(int i, std::int64_t element) override
+  {
+    return fix.tied(i, static_cast<tagint>(element));
+  }
+  bool inherits(int i, int part) override
+  {
+    // a DE that was an element with this contact a step ago
+    const AtomTouch *t = fix.touches(i);
+    if (t && t->fresh && fix.de_record(i) && fix.de_record(i)->part != part) return true;
+    // a tie that broke by shear while it was pressed
+    for (int ds : fix.jt.debonded)
+      if (fix.jt.self[ds / 6] == i && fix.jt.rec[ds / 6]->slot[ds % 6].part == part) return true;
+    return false;
+  }
+
+ private:
+  FixDefe &fix;
+};
+}    // namespace LAMMPS_NS
+
+defe::SurfaceArrays FixDefe::surface_arrays() const
+{
+  defe::SurfaceArrays a;
+  const bool any = atom->nlocal + atom->nghost > 0;
+  a.x = any ? &atom->x[0][0] : nullptr;
+  a.v = any ? &atom->v[0][0] : nullptr;
+  a.f = any ? &atom->f[0][0] : nullptr;
+  a.omega = any ? &atom->omega[0][0] : nullptr;
+  a.torque = any ? &atom->torque[0][0] : nullptr;
+  a.radius = atom->radius;
+  a.mass = atom->rmass;
+  a.dt = update->dt;
+  a.friction = contact_friction;
+  a.moving = !update->setupflag && update->whichflag != 2;
+  a.ease = dt_finite > 0.0 ? MIN(1.0, update->dt / (EASE_STEPS * dt_finite)) : 0.0;
+  return a;
+}
+
+/* ----------------------------------------------------------------------
+   forces, onto owned and ghost atoms
 ------------------------------------------------------------------------- */
 
 void FixDefe::contact_forces()
 {
-  double **x = atom->x;
-  double **v = atom->v;
-  double **f = atom->f;
-  const double dt = update->dt;
-  const bool minimizing = (update->whichflag == 2);    // then there are no velocities
-  contact_energy = 0.0;
   if (!planes_fresh) update_planes();
   planes_fresh = false;
-  if (!ball_pairs.empty()) ball_forces();
+  DefeContactMemory memory(this);
+  const auto arrays = surface_arrays();
+  const auto r = defe::surface_forces(surface, arrays, memory);
+  contact_energy = r.energy + r.springs;
+  ledger.friction += r.friction;
+  ledger.external += r.eased;
+  for (int k = 0; k < 6; k++) virial_fe[k] += r.virial[k];
+  // what a broken tie held is still here
+  for (const auto &one : r.inherited)
+    if (!touches(one.atom)->fresh) ledger.release -= one.energy;
+  if (contact_to_book) {
+    ledger.conv_strain -= r.energy - r.eased;
+    contact_to_book = false;
+  }
+  for (const auto &t : r.let_through) note_let_through(t.atom, t.depth, t.energy);
+  if (!arrays.moving && r.offset_count > 0) {
+    overlaps += r.offset_count;
+    if (r.offset_max > overlap_depth) {
+      overlap_depth = r.offset_max;
+      overlap_tag = atom->tag[r.offset_atom];
+    }
+  }
+  for (int i : fresh)
+    if (touches(i)) touches(i)->fresh = false;
+  fresh.clear();
+}
 
-  for (const auto &cp : contact_pairs) {
-    const Vec3 p(x[cp.point]);
-    DefeTouch *old = nullptr;
-    if (touch[cp.point])
-      for (auto &t : touch[cp.point]->faces)
-        if (t.part == cp.part) old = &t;
-    const double was = old ? old->depth : 0.0;
-    const Facet *best = nullptr;
-    defe::FacetPoint at;
-    Vec3 n, slip;
-    double nearest = 1.0e300, depth = 0.0, area = 0.0;
-    for (int k = cp.first; k < cp.first + cp.count; k++) {
-      const Facet &facet = facets[contact_facets[k]];
+/* ----------------------------------------------------------------------
+   energy of contact at the positions now, with the tables of before a conversion
+------------------------------------------------------------------------- */
 
-      // cheap tests first: distance to the middle of the facet, to its plane, and over it or not
+double FixDefe::contact_energy_now(std::vector<double> &energy)
+{
+  update_planes();
+  planes_fresh = false;
+  DefeContactMemory memory(this);
+  defe::surface_forces(surface, surface_arrays(), memory, &energy);
+  double sum = 0.0;
+  for (double e : energy) sum += e;
+  return sum;
+}
 
-      const defe::FacetPlane &g = facet_planes[contact_facets[k]];
-      const Vec3 del = p - g.mid;
-      const double cut = facet.size * (0.5 + EDGE_MARGIN + MAX_DEPTH) + cp.r;
-      if (del.squaredNorm() > cut * cut) continue;
-      const double height = del.dot(g.normal);
-      if (height > cp.r + g.warp) continue;
-      if (height < -MAX_DEPTH * facet.size - g.warp) continue;
-      const double over_xi = std::max(0.0, std::abs(del.dot(g.to_xi)) - 1.0);
-      const double over_eta = std::max(0.0, std::abs(del.dot(g.to_eta)) - 1.0);
-      if (cp.r == 0.0) {
-        if (over_xi > defe::FacetPlane::margin || over_eta > defe::FacetPlane::margin) continue;
-      } else if (height > 0.0) {
-        // a sphere beside the facet; four fifths are on the safe side for skewed ones
-        const double beside =
-            0.8 * std::max(over_xi * g.half_xi(), over_eta * g.half_eta()) - g.warp;
-        const double above = std::max(0.0, height - g.warp);
-        if (beside > 0.0 && beside * beside + above * above > cp.r * cp.r) continue;
-      }
-      double facing = cp.area;
-      if (cp.r == 0.0) {
-        facing = facing_area(cp, g.normal);
-        if (facing == 0.0) continue;
-      } else if (cp.ball)
-        facing = std::min(facing, facet.area);
-      else if (tied(cp.point, facet.element))
-        continue;
-      const Vec3 q[4] = {Vec3(x[facet.node[0]]), Vec3(x[facet.node[1]]), Vec3(x[facet.node[2]]),
-                         Vec3(x[facet.node[3]])};
-      defe::FacetPoint here;
-      double overlap, distance;
-      Vec3 direction;
-      if (cp.r > 0.0 && height > -g.warp) {
-        // a sphere in front: against the closest point, be it on a face or an edge
-        here = defe::closest_point(p, q);
-        distance = std::abs(here.distance);
-        overlap = cp.r - distance;
-        direction = (p - here.closest) / distance;
-      }
-      if (cp.r == 0.0 || height <= -g.warp || here.distance < 0.0) {
-        // a point behind: only if it is over the facet, less a margin at the edges
-        if (cp.same) continue;
-        here = defe::project_point(p, q, del.dot(g.to_xi), del.dot(g.to_eta));
-        const double beside_xi = std::max(0.0, std::abs(here.xi) - 1.0);
-        const double beside_eta = std::max(0.0, std::abs(here.eta) - 1.0);
-        if (here.distance > 0.0 || beside_xi > EDGE_MARGIN || beside_eta > EDGE_MARGIN) continue;
-        overlap = cp.r - here.distance;
-        direction = here.normal;
-        const double beside_sq = beside_xi * beside_xi + beside_eta * beside_eta;
-        distance =
-            std::sqrt(here.distance * here.distance + 0.25 * facet.size * facet.size * beside_sq);
-        if (!minimizing) {
-          Vec3 speed(v[cp.point]);
-          for (int a = 0; a < 4; a++) speed -= here.N[a] * Vec3(v[facet.node[a]]);
-          if (overlap > was + 2.0 * dt * speed.norm() + 1.0e-7 * facet.size) continue;
-        }
-      }
-      if (overlap <= 0.0 || distance >= nearest) continue;
-      nearest = distance;
-      depth = overlap;
-      n = direction;
-      at = here;
-      best = &facet;
-      area = facing;
-    }
-    if (!best || depth <= 0.0) {
-      if (old) {
-        ledger.friction += old->stored;    // the spring is let go
-        *old = touch[cp.point]->faces.back();
-        touch[cp.point]->faces.pop_back();
-      }
-      continue;
-    }
-    if (!old) {
-      auto &list = touch_at(cp.point).faces;
-      list.push_back({cp.part, 0, 0.0, {0.0, 0.0, 0.0}, 0.0});
-      old = &list.back();
-    }
-    old->depth = depth;
+/* ----------------------------------------------------------------------
+   points that got deeper than they can be followed: the first one is named, all are counted
+------------------------------------------------------------------------- */
 
-    double k = cp.k_own;
-    if (k < 0.0 || (best->k_area > 0.0 && best->k_area < k)) k = best->k_area;
-    k *= area * cp.weight;
-    contact_energy += 0.5 * k * depth * depth;
-    // a tie that broke by shear while it was pressed: this much of what it held is still here
-    for (int ds : jt.debonded)
-      if (jt.self[ds / 6] == cp.point && jt.rec[ds / 6]->slot[ds % 6].other == best->element)
-        ledger.release -= 0.5 * k * depth * depth;
-    Vec3 force = k * depth * n;
-    if (contact_friction > 0.0) {
-      for (int d = 0; d < 3; d++) slip[d] = v[cp.point][d];
-      for (int a = 0; a < 4; a++) slip -= at.N[a] * Vec3(v[best->node[a]]);
-      if (cp.ball) slip += Vec3(atom->omega[cp.point]).cross(at.closest - p);
-      Vec3 shear(old->shear);
-      const auto r =
-          defe::coulomb_friction(shear, n, update->setupflag ? Vec3::Zero() : Vec3(dt * slip), k,
-                                 contact_friction * k * depth);
-      force += r.force;
-      contact_energy += r.stored;
-      // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
-      if (!update->setupflag) {
-        for (int d = 0; d < 3; d++) old->shear[d] = shear[d];
-        old->stored = r.stored;
-        ledger.friction += r.rubbed;
-      }
-    }
-    for (int d = 0; d < 3; d++) f[cp.point][d] += force[d];
-    for (int a = 0; a < 4; a++)
-      for (int d = 0; d < 3; d++) f[best->node[a]][d] -= at.N[a] * force[d];
-    const Vec3 off = p - at.closest;
-    if (cp.ball) {
-      const Vec3 moment = force.cross(off);
-      for (int d = 0; d < 3; d++) atom->torque[cp.point][d] += moment[d];
-    }
-    const double w[6] = {off[0] * force[0], off[1] * force[1], off[2] * force[2],
-                         off[0] * force[1], off[0] * force[2], off[1] * force[2]};
-    for (int d = 0; d < 6; d++) virial_fe[d] += w[d];
+void FixDefe::note_let_through(int i, double depth, double energy)
+{
+  ledger.through += energy;
+  through_count++;
+  if (first_through.step >= 0) return;
+  first_through.step = update->ntimestep;
+  first_through.tag = atom->tag[i];
+  first_through.depth = depth;
+  for (int k = 0; k < 3; k++) first_through.x[k] = atom->x[i][k];
+}
+
+/* ----------------------------------------------------------------------
+   what contacts have met since the last report, each kind said once; collective
+------------------------------------------------------------------------- */
+
+void FixDefe::report_contacts()
+{
+  bigint mine[2] = {through_count, overlaps}, all[2];
+  MPI_Allreduce(mine, all, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  through_total = all[0];
+
+  if (all[0] > 0 && !through_told) {
+    through_told = true;
+    // the first one, of all ranks
+    struct {
+      double step;
+      int rank;
+    } first = {first_through.step < 0 ? HUGE_VAL : static_cast<double>(first_through.step),
+               comm->me},
+      winner;
+    MPI_Allreduce(&first, &winner, 1, MPI_DOUBLE_INT, MPI_MINLOC, world);
+    MPI_Bcast(&first_through, sizeof(first_through), MPI_BYTE, winner.rank, world);
+    if (comm->me == 0)
+      error->warning(
+          FLERR,
+          "Contact of fix defe: atom {} got {:.4g} deep at step {} near {:.6g} {:.6g} {:.6g}, "
+          "deeper "
+          "than contact reaches, and is let through: raise the factor of contact, or take smaller "
+          "elements or a smaller timestep (all cases are counted in entry 29 of f_{})",
+          first_through.tag, first_through.depth, first_through.step, first_through.x[0],
+          first_through.x[1], first_through.x[2], id);
+  }
+
+  if (all[1] > 0 && !overlaps_told) {
+    overlaps_told = true;
+    struct {
+      double depth;
+      int rank;
+    } deepest = {overlap_depth, comm->me}, winner;
+    MPI_Allreduce(&deepest, &winner, 1, MPI_DOUBLE_INT, MPI_MAXLOC, world);
+    tagint tag = overlap_tag;
+    MPI_Bcast(&tag, 1, MPI_LMP_TAGINT, winner.rank, world);
+    if (comm->me == 0)
+      error->warning(FLERR,
+                     "Contact of fix defe: {} contacts overlap before the first step, the deepest "
+                     "by {:.4g} (atom "
+                     "{}); they are eased out, and the work of that counts as external",
+                     all[1], winner.depth, tag);
   }
 }

@@ -180,6 +180,11 @@ void FixDefe::convert_marked()
   ghost_positions();
   double **x = atom->x;
   double **v = atom->v;
+  if (contact_factor > 0.0) {
+    std::vector<double> energy;
+    ledger.conv_strain += contact_energy_now(energy);
+    contact_to_book = true;
+  }
 
   // every rank learns which elements near its own convert now
 
@@ -443,6 +448,8 @@ void FixDefe::convert_marked()
   for (int i = nlocal - 1; i >= 0; i--)
     if (loss_count[i] > 0 && nelem[i] == 0) {
       nodes_gone++;
+      if (touch[i])
+        for (const auto &t : touch[i]->faces) ledger.friction += t.stored;    // springs let go
       if (i != n - 1)
         atom->avec->copy(n - 1, i, 1);
       else {
@@ -473,6 +480,7 @@ void FixDefe::convert_marked()
     domain->unmap(b.de.X.data(), b.image, ref);
     set_reference(i, ref);
     de[i] = std::make_unique<DERecord>(b.record);
+    touch_at(i).fresh = true;
   }
   // a DE may be born up to 3/4 of an element outside the sub-domain of its element, and LAMMPS'
   // exchange moves atoms by one sub-domain only
@@ -508,8 +516,6 @@ void FixDefe::convert_marked()
   exposed.clear();
   converting = {};
   jt.clear();
-  contact_pairs.clear();
-  ball_pairs.clear();
-  facets.clear();
+  surface.clear();
   facet_nodes.clear();
 }

@@ -110,6 +110,7 @@ void FixDefe::fill_vector()
     EXTERNAL,
     GONE,
     VISCOUS,
+    THROUGH,
     NSUM
   };
   double mine[NSUM] = {0.0}, all[NSUM];
@@ -160,6 +161,7 @@ void FixDefe::fill_vector()
   mine[CONV_KINETIC] = ledger.conv_kinetic;
   mine[EXTERNAL] = ledger.external;
   mine[VISCOUS] = ledger.viscous;
+  mine[THROUGH] = ledger.through;
   mine[GONE] = static_cast<double>(des_gone);
 
   double s1 = -1.0e300, s1_all;
@@ -200,10 +202,13 @@ void FixDefe::fill_vector()
   w[19] = all[CONV_KINETIC];
   w[20] = all[EXTERNAL];
   w[25] = all[VISCOUS];
+  report_contacts();
+  w[28] = static_cast<double>(through_total);
+  w[29] = all[THROUGH];
   w[26] = all[TIES_COHESIVE];
   w[27] = all[TIES_BROKEN];
-  w[21] =
-      w[8] + w[9] + w[10] + w[11] + w[12] + w[13] + w[14] + w[15] + w[16] + w[17] + w[25] - w[20];
+  w[21] = w[8] + w[9] + w[10] + w[11] + w[12] + w[13] + w[14] + w[15] + w[16] + w[17] + w[25] +
+      all[THROUGH] - w[20];
   w[22] = w[21] + w[18] + w[19];
   double first[2] = {first_conversion, first_damage};
   for (auto &t : first)

@@ -270,21 +270,20 @@ TEST(FacetPlane, Warp)
   EXPECT_LT((g.normal - Vec3(0, 0, 1)).norm(), 1e-15);
 }
 
-// Points and spheres that touch a facet, or are less than `depth` under it and its margin, after all
-// have moved: before that, none was beyond.
-TEST(FacetPlane, NothingBeyondComesIntoContact)
+// Points and spheres over a facet or a little beside it, after all have moved: before that, none was out
+// of reach.
+TEST(FacetPlane, NothingOutOfReachComesIntoContact)
 {
   std::mt19937 random(4);
   const int index[1][4] = {{0, 1, 2, 3}};
-  constexpr double edge_margin = 0.15, max_depth = 0.35;
-  int points = 0, spheres_in_front = 0, behind = 0, beyond = 0;
+  int contacts = 0, out = 0;
   for (int trial = 0; trial < 200000; ++trial) {
     const Mat3 turn = random_rotation(random);
-    const double skin = uniform(random, 0.0, 0.3);
+    const double skin = uniform(random, 0.0, 0.3), depth = uniform(random, 0.1, 1.0);
+    const double aside = uniform(random, 0.0, 0.8);
     Vec3 x[4];
     for (int a = 0; a < 4; ++a)
       x[a] = turn * (square[a] - Vec3(1, 1, 0) + random_vector(random, 0.15));
-    const double size = std::max((x[2] - x[0]).norm(), (x[3] - x[1]).norm());
     const double r = trial % 2 ? uniform(random, 0.0, 0.8) : 0.0;
     const Vec3 p = random_vector(random, 2.5);
     FacetPlane before, after;
@@ -296,26 +295,16 @@ TEST(FacetPlane, NothingBeyondComesIntoContact)
     for (int a = 0; a < 4; ++a) y[a] = x[a] + move();
     const Vec3 q = p + move();
     facet_planes(1, index, y[0].data(), &after);
-
-    bool contact = false;
-    const auto under = project_point(q, y);
-    if (under.distance <= 0.0 && std::abs(under.xi) <= 1.0 + edge_margin &&
-        std::abs(under.eta) <= 1.0 + edge_margin &&
-        (q - after.mid).dot(after.normal) > -max_depth * size - after.warp) {
-      contact = true;
-      (r > 0.0 ? behind : points)++;
-    }
-    const auto closest = closest_point(q, y);
-    if (r > 0.0 && closest.distance >= 0.0 && closest.distance < r) {
-      contact = true;
-      spheres_in_front++;
-    }
-    const bool out = before.beyond(p, r, max_depth * size, (1.0 + edge_margin) * skin);
-    beyond += out;
-    ASSERT_FALSE(contact && out) << "trial " << trial << ", r = " << r << ", skin = " << skin;
+    const Vec3 del = q - after.mid;
+    const double height = del.dot(after.normal);
+    const bool contact = height < r && height > -depth &&
+        (std::abs(del.dot(after.to_xi)) - 1.0) * after.half_xi() < aside &&
+        (std::abs(del.dot(after.to_eta)) - 1.0) * after.half_eta() < aside;
+    contacts += contact;
+    const bool beyond = before.out_of_reach(p, r, depth, aside, skin);
+    out += beyond;
+    ASSERT_FALSE(contact && beyond) << "trial " << trial << ", r = " << r << ", skin = " << skin;
   }
-  EXPECT_GT(points, 1000);
-  EXPECT_GT(behind, 1000);
-  EXPECT_GT(spheres_in_front, 1000);
-  EXPECT_GT(beyond, 100000) << "what is far away is beyond";
+  EXPECT_GT(contacts, 5000);
+  EXPECT_GT(out, 80000) << "what is far away is out of reach";
 }

@@ -296,7 +296,7 @@ TEST(SurfaceContact, NumberingOfTheNodesDoesNotMatter)
   Random random;
   for (int count = 0; count < 50;) {
     const State s = random_pair(random);
-    SurfacePair pair{1.0, 0.4, 0.4, 1.0, 1.0, 1.0};
+    const SurfacePair pair{1.0, 0.4, 0.4, 1.0, 1.0, 1.0};
     const Result r = patch(s, 1, pair, 0.0);
     if (r.energy == 0.0) continue;
     count++;

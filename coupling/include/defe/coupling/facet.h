@@ -55,15 +55,10 @@ struct FacetPlane {
   double half_xi() const;
   double half_eta() const;
 
-  /// A point over the facet itself, and up to 0.15 beside it (in natural coordinates), is not farther
-  /// than this beside the parallelogram, if the facet is not skewed beyond use.
-  static constexpr double margin = 0.25;
-
-  /// True if a sphere of radius r (0: a point) at p cannot touch the facet from in front, nor a point
-  /// be under it and its margin by less than depth, before it has come nearer by drift. False says
-  /// nothing. Four fifths of a way beside the parallelogram count, to be on the safe side if it is
-  /// skewed.
-  bool beyond(const Vec3 &p, double r, double depth, double drift) const;
+  /// True if a point at p cannot come less than r in front of the plane and less than `depth` below it, over
+  /// the parallelogram or less than `aside` beside it, before it and the nodes have moved by drift/2
+  /// each. False says nothing.
+  bool out_of_reach(const Vec3 &p, double r, double depth, double aside, double drift) const;
 };
 
 /// Planes of n facets. node: indices of their nodes, three coordinates each in x.

@@ -5,18 +5,23 @@
 /// Contact of surfaces as a potential: patches of facets, spheres and balls against facets.
 ///
 /// A facet is taken by its affine part, x = mid + xi a + eta b (defe::FacetPlane). A patch is the quarter of
-/// a facet at one of its nodes. Its depth g below the plane of another facet is that of the node, its
-/// share of that facet is measured at its middle q:
+/// a facet at one of its nodes. Its depth below another facet is measured at the node x and, beside a rim, also
+/// at the place y over the facet that is nearest to x:
 ///
-///   E = K F(c) w(xi_q) w(eta_q) psi(g),    psi(g) = g^2/2 (1 + stiffening (g/D)^2)
+///   E = K F(c) w(xi) w(eta) psi(g),    psi(g) = g^2/2 (1 + stiffening (g/D)^2),
+///   2/g^2 = 1/g_x^2 + 1/g_y^2,   g_x = -h(x): the node below the plane of the facet,
+///   g_y = (x - y).n/c: the patch's plane at y = mid + S(xi) a + S(eta) b, S: xi held within +-1
 ///
-/// w is the part of the patch that lies over the facet, a smooth ramp across each edge, as wide as the
-/// patch. On a plane of rectangles the shares of neighbouring facets add up to 1, so that a patch goes
-/// from facet to facet without noticing; over a rim its share fades out; flush rims keep all of it.
-/// F is the facing factor of c = -n.n', 1 for parallel surfaces and 0 from 75 degrees on. D is the
-/// depth up to which a point can be told to be inside: what is deeper is let through.
-/// Beside a rim the depth is limited by the way that the patch reaches over it, so that a body beside a
-/// corner is not taken for one that is deep behind the face round the corner.
+/// Both must be below: neither the plane of the facet nor that of the patch counts where only its
+/// continuation is there. n is the patch's normal, n' the facet's.
+/// w is a smooth ramp across each edge. Where the surface goes on beyond the edge, the ramp is that of the
+/// node: the shares of both facets add up to 1, and it goes from one to the next without noticing.
+/// Across a rim it is the part of the patch that is left on the facet, by its middle q: a rim that is
+/// flush with the patch's own carries all of it, and over a rim it fades out.
+/// F is the facing factor of c = -n.n', 1 for parallel surfaces and 0 from 75 degrees on, times the weight of
+/// this side (SideWeight). D is the depth up to which a point can be told to be inside: what is deeper is
+/// let through. Beside a rim the depth is limited by the way that the patch reaches over it, so that a body
+/// beside a corner is not taken for one that is deep behind the face round the corner.
 ///
 /// Everything is a smooth function of the positions of all nodes, and the forces are its exact
 /// derivatives: energy, linear and angular momentum are conserved for any pair of meshes, and no history
@@ -49,16 +54,30 @@ struct LocalPoint {
 };
 LocalPoint local_point(const FacetPlane &, const Vec3 &p);
 
-/// Share of a patch that lies between the edges at -1 and 1 of a facet, if its middle is at `xi` and it
-/// reaches t to both sides: 1 where all of it does, 0 beyond. Continuous with its derivative.
+/// A value and its derivative.
 struct Share {
   double value, slope;
 };
+/// Share of a patch that lies between the edges at -1 and 1 of a facet, if its middle is at `xi` and it
+/// reaches t to both sides: 1 where all of it does, 0 beyond. Continuous with its derivative.
 Share patch_share(double xi, double t);
 
-/// F(c): 0 for c <= facing_limit, ((c - limit)/(1 - limit))^2 above.
+/// S: xi up to 1, then bends to 1 + width at 1 + 2 width and beyond; the same at -1. Only at rims.
+Share held_over_facet(double xi, double width, bool rim_plus = true, bool rim_minus = true);
+constexpr double hold_width = 0.02;    // of the half width of the patch
+
+/// Weight of one side of a pair of surfaces, as a function of c. Parallel surfaces share the contact, the
+/// finer one takes more of it. Where they are not parallel (p(c) = 0 from 25 degrees on), the nodes of sharp
+/// edges and corners carry all of it and those of flat surfaces nothing: an edge slides over the nodes of a
+/// floor without noticing. The weights of both sides add up to 1.
+struct SideWeight {
+  double parallel = 1.0;    ///< weight of this side for parallel surfaces
+  bool sharp = true;        ///< the node is on a sharp edge of its body
+};
+
+/// F(c): 0 for c <= facing_limit, ((c - limit)/(1 - limit))^2 above, times the weight of the side.
 constexpr double facing_limit = 0.25;
-Share facing_factor(double c);
+Share facing_factor(double c, const SideWeight &);
 
 /// psi and its derivative. Energy per stiffness. g < 0: 0.
 struct Penalty {
@@ -73,6 +92,8 @@ struct SurfacePair {
   double t_xi, t_eta;    ///< half width of the patch in natural coordinates of the facet
   double half_xi, half_eta;    ///< reference distances from the middle of the facet to its edges
   double depth_max;            ///< D
+  bool rim[4] = {true, true, true, true};    ///< edges at xi = 1, -1, eta = 1, -1
+  SideWeight weight = {};
 };
 
 /// Where a patch or sphere is on a facet. share == 0: no contact.
@@ -82,8 +103,12 @@ struct SurfaceContact {
   double raw_depth = 0.0;    ///< depth below the plane; > D: let through, share is what it would be
   LocalPoint point;          ///< of the node or sphere
   LocalPoint middle;         ///< of the patch's middle
-  double facing, d_facing, share_xi, share_eta, d_share_xi, d_share_eta;
-  double limited[4];    ///< factor of the depth by each edge, 1 = not limited
+  Share held_xi, held_eta;    ///< S
+  double cosine;              ///< c
+  double at_node, at_held;    ///< g_x, g_y
+  double facing, d_facing, share_xi, share_eta;
+  double by_middle[2], by_point[2];    ///< derivatives of the shares by xi and eta of q and of x
+  double limited[4];                   ///< factor of the depth by each edge, 1 = not limited
 };
 
 /// \param own     facet of the patch; corner: which of its nodes

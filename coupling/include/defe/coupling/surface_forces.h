@@ -1,0 +1,123 @@
+#ifndef DEFE_COUPLING_SURFACE_FORCES_H
+#define DEFE_COUPLING_SURFACE_FORCES_H
+
+/// \file
+/// Contact of surfaces on plain arrays: nodes (with the patches around them), DEs and balls against
+/// facets. The search that fills the tables is the caller's. The potential: surface_contact.h.
+///
+/// A contact begins without overlap: an overlap that no motion has made (there from the start, bared by a
+/// conversion, left by a tie that broke) is remembered as an offset of the depth, and pushes nothing
+/// until it has gone by itself, or is eased out.
+
+#include "defe/coupling/facet.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace defe {
+
+/// A face of a finite element.
+struct ContactFacet {
+  int node[4];    ///< atom indices, counter-clockwise from outside
+  int part;
+  std::int64_t element;
+  double area;                 ///< reference area
+  double k_area;               ///< penalty stiffness per area (N/m3), negative for a rigid part
+  double half_xi, half_eta;    ///< reference distances from the middle to the edges
+  double depth_max;            ///< a node deeper than this is let through
+  bool rim[4];    ///< edges at xi = 1, -1, eta = 1, -1: the surface ends there or bends sharply
+};
+
+/// The quarter of a facet at one of its nodes.
+struct ContactPatch {
+  int facet, corner;
+};
+
+/// A node with its patches, or a sphere, and the facets of one part that it may touch.
+struct ContactPoint {
+  int atom;
+  int part;            ///< of the facets
+  bool same;           ///< the point's own part is that one, too
+  bool sharp;          ///< a node on a sharp edge of its body
+  int first, count;    ///< facets: SurfaceTables::candidates
+  int own, nown;       ///< patches of a node: SurfaceTables::patches
+  double r;            ///< 0 for nodes
+  double area,
+      k_own;    ///< of a sphere: area that it stands for, stiffness per area (negative: rigid)
+  double
+      half;    ///< of a sphere: half the width of that area; of a node: how far its patches reach
+};
+
+struct ContactBall {
+  int atom, facet;
+};
+
+struct SurfaceTables {
+  std::vector<ContactFacet> facets;
+  std::vector<FacetPlane> planes;    ///< of the positions now
+  std::vector<ContactPoint> points;
+  std::vector<int> candidates;
+  std::vector<ContactPatch> patches;
+  std::vector<ContactBall> balls;
+  void clear();
+};
+
+/// What a contact of a point with a part keeps from step to step. Plain data.
+struct ContactHistory {
+  double depth;       ///< mean depth at the last step, offset included
+  double offset;      ///< depth that pushes nothing
+  double shear[3];    ///< tangential displacement
+  double stored;      ///< energy of the tangential spring
+  double eased;    ///< 1: the offset is an overlap from before the first step, which is eased out
+};
+
+class ContactMemory {
+ public:
+  virtual ~ContactMemory() = default;
+  virtual ContactHistory *find(int atom, int part) = 0;    ///< null: none
+  virtual ContactHistory &make(int atom, int part) = 0;
+  virtual void drop(int atom, int part) = 0;
+  /// A DE does not feel the elements that it is tied to.
+  virtual bool tied(int atom, std::int64_t element) = 0;
+  /// An overlap of this point is a contact at once: it stands for one that was there already.
+  virtual bool inherits(int atom, int part) = 0;
+};
+
+struct SurfaceArrays {
+  const double *x, *v, *omega, *radius, *mass;    ///< omega, radius, mass: of balls and DEs
+  double *f, *torque;
+  double dt;
+  double friction;
+  bool moving;    ///< false: an evaluation without a step before it (setup, minimisation)
+  double ease;    ///< share of all offsets that goes in this step, 0 = they stay
+};
+
+/// A point that has got deeper than it can be followed.
+struct LetThrough {
+  int atom, facet;
+  double depth, energy;
+};
+
+struct SurfaceResult {
+  double energy = 0.0;      ///< of contact
+  double springs = 0.0;     ///< of tangential springs
+  double friction = 0.0;    ///< lost by rubbing in this step
+  double eased = 0.0;       ///< put in by easing offsets
+  double virial[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  double offset_max = 0.0;    ///< largest overlap that began in this evaluation, and its atom
+  int offset_atom = -1, offset_count = 0;
+  std::vector<LetThrough> let_through;
+  std::vector<LetThrough> inherited;    ///< contacts that began with an overlap, and their energy
+};
+
+/// Adds forces to f and torque. `energy_of`: if not null, gets the energy of each point and then of each
+/// ball of the tables, and nothing else is done: no forces, histories as they are.
+SurfaceResult surface_forces(const SurfaceTables &, const SurfaceArrays &, ContactMemory &,
+                             std::vector<double> *energy_of = nullptr);
+
+/// Weight of a patch against a parallel facet: the finer side carries more, both sides add up to 1.
+double side_weight(double own_area, double facet_area);
+
+}    // namespace defe
+
+#endif

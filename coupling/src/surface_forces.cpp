@@ -1,0 +1,443 @@
+#include "defe/coupling/surface_forces.h"
+
+#include "defe/coupling/friction.h"
+#include "defe/coupling/surface_contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace defe {
+
+void SurfaceTables::clear()
+{
+  facets.clear();
+  planes.clear();
+  points.clear();
+  candidates.clear();
+  patches.clear();
+  balls.clear();
+}
+
+double side_weight(double own_area, double facet_area)
+{
+  const double own = own_area * own_area, other = facet_area * facet_area;
+  return other / (own + other);
+}
+
+namespace {
+
+  Vec3 vector_at(const double *x, int i)
+  {
+    return Vec3(x[3 * static_cast<std::ptrdiff_t>(i)], x[3 * static_cast<std::ptrdiff_t>(i) + 1],
+                x[3 * static_cast<std::ptrdiff_t>(i) + 2]);
+  }
+
+  void add_at(double *f, int i, const Vec3 &force)
+  {
+    double *p = f + 3 * static_cast<std::ptrdiff_t>(i);
+    for (int k = 0; k < 3; ++k) p[k] += force[k];
+  }
+
+  /// The softer deformable side.
+  double softer(double one, double other)
+  {
+    if (one < 0.0) return other;
+    return other < 0.0 ? one : std::min(one, other);
+  }
+
+  // viscous coefficient of a ball's friction where it hardly slides, in masses per time step: each
+  // node takes that of up to 4 facets
+  constexpr double stick = 0.1;
+
+  // a mean depth cannot grow faster than this many times the speed: the depth itself, and the shares
+  constexpr double growth = 4.0;
+
+  /// One patch (or the sphere) on one facet.
+  struct Active {
+    int facet;
+    int patch;    // index into patches, -1 for a sphere
+    SurfacePair pair;
+    SurfaceContact contact;
+    double weight;    // of its depth in the mean depth
+  };
+
+  class Loop {
+   public:
+    Loop(const SurfaceTables &tables, const SurfaceArrays &arrays, ContactMemory &history,
+         std::vector<double> *energies) :
+        t(tables),
+        a(arrays), memory(history), energy_of(energies)
+    {
+    }
+
+    SurfaceResult run()
+    {
+      if (energy_of) energy_of->assign(t.points.size() + t.balls.size(), 0.0);
+      for (size_t k = 0; k < t.points.size(); ++k) point(static_cast<int>(k));
+      for (size_t k = 0; k < t.balls.size(); ++k) ball(static_cast<int>(k));
+      return std::move(result);
+    }
+
+   private:
+    const SurfaceTables &t;
+    const SurfaceArrays &a;
+    ContactMemory &memory;
+    std::vector<double> *energy_of;
+    SurfaceResult result;
+    std::vector<Active> active;
+
+    void add_load(const ContactFacet &facet, const FacetLoad &load)
+    {
+      for (int k = 0; k < 4; ++k) add_at(a.f, facet.node[k], load.on_node(k));
+    }
+
+    void add_virial(const Mat3 &w)
+    {
+      result.virial[0] += w(0, 0);
+      result.virial[1] += w(1, 1);
+      result.virial[2] += w(2, 2);
+      result.virial[3] += w(0, 1);
+      result.virial[4] += w(0, 2);
+      result.virial[5] += w(1, 2);
+    }
+
+    Vec3 facet_velocity(const ContactFacet &facet, double xi, double eta) const
+    {
+      double N[4];
+      facet_shape(xi, eta, N);
+      Vec3 v = Vec3::Zero();
+      for (int k = 0; k < 4; ++k) v += N[k] * vector_at(a.v, facet.node[k]);
+      return v;
+    }
+
+    void let_through(const ContactPoint &cp, const Active &one)
+    {
+      // in this step it got too deep
+      if (!a.moving || energy_of) return;
+      const ContactFacet &facet = t.facets[one.facet];
+      const Vec3 v = vector_at(a.v, cp.atom) -
+          facet_velocity(facet, one.contact.point.xi, one.contact.point.eta);
+      const double before = one.contact.raw_depth + a.dt * v.dot(t.planes[one.facet].normal);
+      if (before > one.pair.depth_max) return;
+      const double energy = one.pair.stiffness * one.contact.share *
+          penalty_potential(one.pair.depth_max, one.pair.depth_max).energy;
+      result.let_through.push_back({cp.atom, one.facet, one.contact.raw_depth, energy});
+    }
+
+    void add_active(const ContactPoint &cp, Active &one)
+    {
+      if (one.contact.share == 0.0) return;
+      if (one.contact.raw_depth > one.pair.depth_max)
+        let_through(cp, one);
+      else if (one.contact.depth > 0.0)
+        active.push_back(one);
+    }
+
+    static SurfacePair pair_of(const ContactFacet &facet, double stiffness, double half,
+                               double depth_max)
+    {
+      SurfacePair pair{stiffness,     half / facet.half_xi, half / facet.half_eta,
+                       facet.half_xi, facet.half_eta,       depth_max};
+      for (int e = 0; e < 4; ++e) pair.rim[e] = facet.rim[e];
+      return pair;
+    }
+
+    void find_active_of_node(const ContactPoint &cp, const Vec3 &p)
+    {
+      for (int k = cp.first; k < cp.first + cp.count; ++k) {
+        const ContactFacet &facet = t.facets[t.candidates[k]];
+        const FacetPlane &g = t.planes[t.candidates[k]];
+        const LocalPoint at = local_point(g, p);
+        if (at.h > cp.half || at.h < -1.5 * facet.depth_max - cp.half) continue;
+        if ((std::abs(at.xi) - 1.0) * facet.half_xi > 1.1 * cp.half ||
+            (std::abs(at.eta) - 1.0) * facet.half_eta > 1.1 * cp.half)
+          continue;
+        for (int m = cp.own; m < cp.own + cp.nown; ++m) {
+          const ContactPatch &patch = t.patches[m];
+          const ContactFacet &own = t.facets[patch.facet];
+          const FacetPlane &o = t.planes[patch.facet];
+          if (-o.normal.dot(g.normal) <= facing_limit) continue;
+          const double half = 0.5 * std::min(own.half_xi, own.half_eta);
+          const double stiffness = softer(own.k_area, facet.k_area) * 0.25 * own.area;
+          Active one{t.candidates[k],
+                     m,
+                     pair_of(facet, stiffness, half, facet.depth_max),
+                     {},
+                     0.25 * own.area};
+          one.pair.weight = {side_weight(own.area, facet.area), cp.sharp};
+          one.contact = patch_on_facet(o, patch.corner, p, g, one.pair);
+          add_active(cp, one);
+        }
+      }
+      double area = 0.0;
+      for (int m = cp.own; m < cp.own + cp.nown; ++m)
+        area += 0.25 * t.facets[t.patches[m].facet].area;
+      for (Active &one : active) one.weight /= area;
+    }
+
+    void find_active_of_sphere(const ContactPoint &cp, const Vec3 &p)
+    {
+      for (int k = cp.first; k < cp.first + cp.count; ++k) {
+        const ContactFacet &facet = t.facets[t.candidates[k]];
+        const FacetPlane &g = t.planes[t.candidates[k]];
+        const Vec3 del = p - g.mid;
+        const double h = del.dot(g.normal);
+        if (h >= cp.r || h < -1.5 * facet.depth_max) continue;
+        const double t_xi = cp.half / facet.half_xi, t_eta = cp.half / facet.half_eta;
+        if (std::abs(del.dot(g.to_xi)) >= 1.0 + t_xi || std::abs(del.dot(g.to_eta)) >= 1.0 + t_eta)
+          continue;
+        if (memory.tied(cp.atom, facet.element)) continue;
+        Active one{t.candidates[k],
+                   -1,
+                   pair_of(facet, softer(cp.k_own, facet.k_area) * cp.area, cp.half,
+                           cp.r + facet.depth_max),
+                   {},
+                   1.0};
+        one.contact = sphere_on_facet(p, cp.r, g, one.pair);
+        add_active(cp, one);
+      }
+    }
+
+    double energy_at(double offset) const
+    {
+      double energy = 0.0;
+      for (const Active &one : active)
+        energy += one.pair.stiffness * one.contact.share *
+            penalty_potential(one.contact.depth - offset, one.pair.depth_max).energy;
+      return energy;
+    }
+
+    /// The overlap of this step against that of the last one and what motion can have made of it.
+    void update_history(const ContactPoint &cp, ContactHistory &history, double depth)
+    {
+      double deepest = 0.0;
+      for (const Active &one : active) deepest = std::max(deepest, one.contact.depth);
+      double allowed = history.depth + 1e-6 * t.facets[active[0].facet].half_xi;
+      if (depth > allowed && a.moving) {
+        const Vec3 v = vector_at(a.v, cp.atom);
+        double speed = 0.0;
+        for (const Active &one : active)
+          for (int k = 0; k < 4; ++k) {
+            speed = std::max(speed, (v - vector_at(a.v, t.facets[one.facet].node[k])).norm());
+            if (one.patch >= 0)
+              speed = std::max(
+                  speed, (v - vector_at(a.v, t.facets[t.patches[one.patch].facet].node[k])).norm());
+          }
+        allowed += growth * a.dt * speed;
+      }
+      if (depth > allowed && memory.inherits(cp.atom, cp.part)) {
+        const double offset = history.offset + depth - history.depth;
+        result.inherited.push_back(
+            {cp.atom, active[0].facet, depth, energy_at(history.offset) - energy_at(offset)});
+      } else if (depth > allowed) {
+        history.offset = history.depth > 0.0 ? history.offset + depth - history.depth : deepest;
+        history.eased = a.moving ? 0.0 : 1.0;
+        if (history.offset > result.offset_max) {
+          result.offset_max = history.offset;
+          result.offset_atom = cp.atom;
+        }
+        result.offset_count++;
+      }
+      history.depth = depth;
+      if (history.offset > 0.0) {
+        double offset = std::min(history.offset, deepest);
+        if (history.eased > 0.0 && a.moving) {
+          const double before = energy_at(offset);
+          offset *= 1.0 - a.ease;
+          result.eased += energy_at(offset) - before;
+        }
+        history.offset = offset;
+      }
+    }
+
+    void point(int index)
+    {
+      const ContactPoint &cp = t.points[index];
+      const Vec3 p = vector_at(a.x, cp.atom);
+      active.clear();
+      if (cp.r > 0.0)
+        find_active_of_sphere(cp, p);
+      else
+        find_active_of_node(cp, p);
+
+      ContactHistory *history = memory.find(cp.atom, cp.part);
+      if (energy_of) {
+        (*energy_of)[index] = energy_at(history ? history->offset : 0.0);
+        return;
+      }
+      if (active.empty()) {
+        if (history) {
+          result.friction += history->stored;    // the spring is let go
+          memory.drop(cp.atom, cp.part);
+        }
+        return;
+      }
+      double depth = 0.0;
+      for (const Active &one : active) depth += one.weight * one.contact.share * one.contact.depth;
+      if (!history) {
+        history = &memory.make(cp.atom, cp.part);
+        *history = ContactHistory{};
+      }
+      update_history(cp, *history, depth);
+
+      Vec3 on_point = Vec3::Zero(), normal = Vec3::Zero();
+      double pushes = 0.0, stiffness = 0.0;
+      for (Active &one : active) {
+        const ContactFacet &facet = t.facets[one.facet];
+        const FacetPlane &g = t.planes[one.facet];
+        FacetLoad load, on_own;
+        SurfaceForce r;
+        if (one.patch < 0)
+          r = sphere_force(one.contact, history->offset, cp.r, g, one.pair, on_point, load);
+        else {
+          const ContactPatch &patch = t.patches[one.patch];
+          const FacetPlane &o = t.planes[patch.facet];
+          r = patch_force(one.contact, history->offset, o, patch.corner, g, one.pair, on_point,
+                          on_own, load);
+          if (r.normal != 0.0) {
+            add_load(t.facets[patch.facet], on_own);
+            add_virial(on_own.virial(o, p));
+          }
+        }
+        one.weight = r.normal;    // from here on: the force
+        if (r.normal == 0.0) continue;
+        result.energy += r.energy;
+        pushes += r.normal;
+        stiffness += one.pair.stiffness * one.contact.share;
+        normal += r.normal * g.normal;
+        add_load(facet, load);
+        add_virial(load.virial(g, p));
+      }
+      if (a.friction > 0.0 && pushes > 0.0)
+        on_point += friction_of_point(cp, *history, p, normal, pushes, stiffness);
+      add_at(a.f, cp.atom, on_point);
+    }
+
+    /// Coulomb friction of a node or DE: one tangential spring against the facets that it presses on, each
+    /// by its share of the pressure.
+    Vec3 friction_of_point(const ContactPoint &cp, ContactHistory &history, const Vec3 &p,
+                           const Vec3 &sum, double pushes, double stiffness)
+    {
+      const double length = sum.norm();
+      if (!(length > 0.0)) return Vec3::Zero();
+      const Vec3 n = sum / length;
+      const bool sphere = cp.r > 0.0;
+      Vec3 slip = Vec3::Zero(), arm = Vec3::Zero();
+      if (a.moving)
+        for (const Active &one : active) {
+          if (one.weight == 0.0) continue;
+          const LocalPoint &at = one.contact.point;
+          const double share = one.weight / pushes;
+          slip += share *
+              (vector_at(a.v, cp.atom) - facet_velocity(t.facets[one.facet], at.xi, at.eta));
+          if (sphere) arm -= share * at.h * t.planes[one.facet].normal;
+        }
+      else if (sphere)
+        for (const Active &one : active)
+          arm -= one.weight / pushes * one.contact.point.h * t.planes[one.facet].normal;
+      if (sphere && a.moving) slip += vector_at(a.omega, cp.atom).cross(arm);
+      Vec3 shear(history.shear[0], history.shear[1], history.shear[2]);
+      const FrictionResult r =
+          coulomb_friction(shear, n, a.moving ? Vec3(a.dt * slip) : Vec3(Vec3::Zero()), stiffness,
+                           a.friction * length);
+      result.springs += r.stored;
+      if (a.moving) {
+        for (int k = 0; k < 3; ++k) history.shear[k] = shear[k];
+        history.stored = r.stored;
+        result.friction += r.rubbed;
+      }
+      if (sphere) add_at(a.torque, cp.atom, arm.cross(r.force));
+      for (const Active &one : active) {
+        if (one.weight == 0.0) continue;
+        const FacetPlane &g = t.planes[one.facet];
+        const LocalPoint &at = one.contact.point;
+        FacetLoad load;
+        load.add(g, -one.weight / pushes * r.force, at.xi, at.eta, sphere ? 0.0 : at.h);
+        add_load(t.facets[one.facet], load);
+        add_virial(load.virial(g, p));
+      }
+      return r.force;
+    }
+
+    /// Friction has no history: Coulomb's, and viscous where that is less.
+    void ball(int index)
+    {
+      const ContactBall &pair = t.balls[index];
+      const ContactFacet &facet = t.facets[pair.facet];
+      const FacetPlane &g = t.planes[pair.facet];
+      const int i = pair.atom;
+      const double R = a.radius[i];
+      const Vec3 c = vector_at(a.x, i);
+      const LocalPoint at = local_point(g, c);
+      if (at.h >= R || at.h < -R) return;
+      const double disc = std::sqrt(R * R - at.h * at.h);
+      if (std::abs(at.xi) - 1.0 > disc * g.to_xi.norm() ||
+          std::abs(at.eta) - 1.0 > disc * g.to_eta.norm())
+        return;
+      if (at.h <= 0.0) {
+        ball_let_through(pair, at);
+        return;
+      }
+      Vec3 force = Vec3::Zero();
+      FacetLoad load;
+      const BallForce r = ball_on_facet(c, R, g, facet.k_area, facet.area, force, load);
+      if (energy_of) {
+        (*energy_of)[t.points.size() + index] = r.energy;
+        return;
+      }
+      if (r.energy == 0.0) return;
+      result.energy += r.energy;
+      if (a.friction > 0.0) {
+        const Vec3 point = g.mid + r.xi * g.a + r.eta * g.b, off = c - point;
+        const Vec3 n = force.normalized();
+        Vec3 slip = vector_at(a.v, i) - vector_at(a.omega, i).cross(off) -
+            facet_velocity(facet, r.xi, r.eta);
+        slip -= slip.dot(n) * n;
+        const double speed = slip.norm();
+        double mass = HUGE_VAL;
+        for (int node : facet.node) mass = std::min(mass, a.mass[node]);
+        // as many facets as the ball can cover share its mass
+        const double facets = 1.0 + 3.14159265358979323846 * R * R / facet.area;
+        const double viscous = stick / (a.dt * (1.0 / mass + facets / a.mass[i]));
+        if (speed > 0.0) {
+          const double drag = std::min(a.friction * r.normal, viscous * speed);
+          const Vec3 rub = -drag / speed * slip;
+          force += rub;
+          load.add(g, -rub, r.xi, r.eta, 0.0);
+          add_at(a.torque, i, rub.cross(off));
+          if (a.moving) result.friction += drag * speed * a.dt;
+        }
+      }
+      add_at(a.f, i, force);
+      add_load(facet, load);
+      add_virial(load.virial(g, c));
+    }
+
+    void ball_let_through(const ContactBall &pair, const LocalPoint &at)
+    {
+      if (!a.moving || energy_of || std::abs(at.xi) > 1.0 || std::abs(at.eta) > 1.0) return;
+      const Vec3 v =
+          vector_at(a.v, pair.atom) - facet_velocity(t.facets[pair.facet], at.xi, at.eta);
+      if (at.h - a.dt * v.dot(t.planes[pair.facet].normal) <= 0.0) return;    // since some time
+      Vec3 force = Vec3::Zero();
+      FacetLoad load;
+      const Vec3 touching = t.planes[pair.facet].mid + at.xi * t.planes[pair.facet].a +
+          at.eta * t.planes[pair.facet].b +
+          1e-9 * a.radius[pair.atom] * t.planes[pair.facet].normal;
+      const ContactFacet &facet = t.facets[pair.facet];
+      const double energy = ball_on_facet(touching, a.radius[pair.atom], t.planes[pair.facet],
+                                          facet.k_area, facet.area, force, load)
+                                .energy;
+      result.let_through.push_back({pair.atom, pair.facet, a.radius[pair.atom] - at.h, energy});
+    }
+  };
+
+}    // namespace
+
+SurfaceResult surface_forces(const SurfaceTables &tables, const SurfaceArrays &arrays,
+                             ContactMemory &memory, std::vector<double> *energy_of)
+{
+  return Loop(tables, arrays, memory, energy_of).run();
+}
+
+}    // namespace defe
