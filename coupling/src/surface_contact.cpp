@@ -5,27 +5,9 @@
 
 namespace defe {
 
-void FacetLoad::add(const FacetPlane &g, const Vec3 &f, double xi, double eta, double h)
-{
-  mid += f;
-  a += xi * f - h * f.dot(g.to_xi) * g.normal;
-  b += eta * f - h * f.dot(g.to_eta) * g.normal;
-}
-
-Vec3 FacetLoad::on_node(int k) const
-{
-  return 0.25 * (mid + facet_sign[k][0] * a + facet_sign[k][1] * b);
-}
-
 Mat3 FacetLoad::virial(const FacetPlane &g, const Vec3 &origin) const
 {
   return (g.mid - origin) * mid.transpose() + g.a * a.transpose() + g.b * b.transpose();
-}
-
-LocalPoint local_point(const FacetPlane &g, const Vec3 &p)
-{
-  const Vec3 r = p - g.mid;
-  return {r.dot(g.to_xi), r.dot(g.to_eta), r.dot(g.normal)};
 }
 
 namespace {
@@ -170,32 +152,26 @@ Share held_over_facet(double xi, double width, bool rim_plus, bool rim_minus)
           1.0 - beyond / (2.0 * width)};
 }
 
+namespace {
+
+  Share smooth_step(double x, double from, double to)
+  {
+    if (x <= from) return {0.0, 0.0};
+    if (x >= to) return {1.0, 0.0};
+    const double z = (x - from) / (to - from);
+    return {z * z * (3.0 - 2.0 * z), 6.0 * z * (1.0 - z) / (to - from)};
+  }
+
+}    // namespace
+
 Share facing_factor(double c, const SideWeight &weight)
 {
-  constexpr double scale = 1.0 / (1.0 - facing_limit);
-  if (c <= facing_limit) return {0.0, 0.0};
-  const double u = (c - facing_limit) * scale;
-  const Share F{u * u, 2.0 * u * scale};
-  // p: smooth step between 25 and 5 degrees
-  constexpr double from = 0.9063, to = 0.9962, width = to - from;
-  Share p{0.0, 0.0};
-  if (c >= to)
-    p.value = 1.0;
-  else if (c > from) {
-    const double z = (c - from) / width;
-    p = {z * z * (3.0 - 2.0 * z), 6.0 * z * (1.0 - z) / width};
-  }
+  const Share F = smooth_step(c, facing_limit, parallel_limit);
+  const Share p = smooth_step(c, 0.9063, parallel_limit);    // between 25 and 5 degrees
   const double rest = 1.0 - weight.parallel;
   const Share side = weight.sharp ? Share{1.0 - rest * p.value, -rest * p.slope}
                                   : Share{weight.parallel * p.value, weight.parallel * p.slope};
   return {F.value * side.value, F.slope * side.value + F.value * side.slope};
-}
-
-Penalty penalty_potential(double g, double depth_max)
-{
-  if (g <= 0.0) return {0.0, 0.0};
-  const double u = g / depth_max, s = stiffening * u * u;
-  return {0.5 * g * g * (1.0 + s), g * (1.0 + 2.0 * s)};
 }
 
 SurfaceContact patch_on_facet(const FacetPlane &own, int corner, const Vec3 &node,
@@ -208,10 +184,13 @@ SurfaceContact patch_on_facet(const FacetPlane &own, int corner, const Vec3 &nod
   const Vec3 q = own.mid + 0.5 * (facet_sign[corner][0] * own.a + facet_sign[corner][1] * own.b);
   c.middle = local_point(facet, q);
   c.point = local_point(facet, node);
-  if (!take_share(c, pair, facing.value)) return c;
+  c.at_node = -c.point.h;
+  if (c.at_node <= 0.0 || !take_share(c, pair, facing.value)) {
+    c.share = 0.0;
+    return c;
+  }
   c.facing = facing.value;
   c.d_facing = facing.slope;
-  c.at_node = -c.point.h;
   c.held_xi = held_over_facet(c.point.xi, hold_width * pair.t_xi, pair.rim[0], pair.rim[1]);
   c.held_eta = held_over_facet(c.point.eta, hold_width * pair.t_eta, pair.rim[2], pair.rim[3]);
   c.at_held = c.at_node;
@@ -315,25 +294,42 @@ SurfaceForce patch_force(const SurfaceContact &c, double offset, const FacetPlan
   return r;
 }
 
+namespace {
+
+  SurfaceContact sphere_at(const LocalPoint &at, double r, const SurfacePair &pair)
+  {
+    SurfaceContact c;
+    c.point = c.middle = at;
+    c.raw_depth = r - at.h;
+    c.facing = 1.0;
+    c.d_facing = 0.0;
+    if (c.raw_depth <= 0.0 || !take_share(c, pair, 1.0)) {
+      c.share = 0.0;
+      return c;
+    }
+    if (far_from_rims(c.middle, pair, c.raw_depth)) {
+      c.depth = c.raw_depth;
+      for (double &l : c.limited) l = 1.0;
+      return c;
+    }
+    const double reach[2] = {r / pair.half_xi, r / pair.half_eta};
+    double way[4];
+    ways_to_rims(c.middle, reach, pair, way);
+    limit_depth(c, way);
+    return c;
+  }
+
+}    // namespace
+
 SurfaceContact sphere_on_facet(const Vec3 &centre, double r, const FacetPlane &facet,
                                const SurfacePair &pair)
 {
-  SurfaceContact c;
-  c.point = c.middle = local_point(facet, centre);
-  c.raw_depth = r - c.point.h;
-  c.facing = 1.0;
-  c.d_facing = 0.0;
-  if (c.raw_depth <= 0.0 || !take_share(c, pair, 1.0)) return c;
-  if (far_from_rims(c.middle, pair, c.raw_depth)) {
-    c.depth = c.raw_depth;
-    for (double &l : c.limited) l = 1.0;
-    return c;
-  }
-  const double reach[2] = {r / pair.half_xi, r / pair.half_eta};
-  double way[4];
-  ways_to_rims(c.middle, reach, pair, way);
-  limit_depth(c, way);
-  return c;
+  return sphere_at(local_point(facet, centre), r, pair);
+}
+
+SurfaceContact point_on_facet(const LocalPoint &at, const SurfacePair &pair)
+{
+  return sphere_at(at, 0.0, pair);
 }
 
 SurfaceForce sphere_force(const SurfaceContact &c, double offset, double r, const FacetPlane &facet,

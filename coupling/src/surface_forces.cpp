@@ -124,13 +124,17 @@ namespace {
       result.let_through.push_back({cp.atom, one.facet, one.contact.raw_depth, energy});
     }
 
-    void add_active(const ContactPoint &cp, Active &one)
+    /// The last one of `active`, if it presses.
+    void keep_active(const ContactPoint &cp)
     {
-      if (one.contact.share == 0.0) return;
-      if (one.contact.raw_depth > one.pair.depth_max)
-        let_through(cp, one);
-      else if (one.contact.depth > 0.0)
-        active.push_back(one);
+      const Active &one = active.back();
+      if (one.contact.share > 0.0) {
+        if (one.contact.raw_depth > one.pair.depth_max)
+          let_through(cp, one);
+        else if (one.contact.depth > 0.0)
+          return;
+      }
+      active.pop_back();
     }
 
     static SurfacePair pair_of(const ContactFacet &facet, double stiffness, double half,
@@ -148,31 +152,78 @@ namespace {
         const ContactFacet &facet = t.facets[t.candidates[k]];
         const FacetPlane &g = t.planes[t.candidates[k]];
         const LocalPoint at = local_point(g, p);
-        if (at.h > cp.half || at.h < -1.5 * facet.depth_max - cp.half) continue;
-        if ((std::abs(at.xi) - 1.0) * facet.half_xi > 1.1 * cp.half ||
-            (std::abs(at.eta) - 1.0) * facet.half_eta > 1.1 * cp.half)
-          continue;
-        for (int m = cp.own; m < cp.own + cp.nown; ++m) {
-          const ContactPatch &patch = t.patches[m];
-          const ContactFacet &own = t.facets[patch.facet];
-          const FacetPlane &o = t.planes[patch.facet];
-          if (-o.normal.dot(g.normal) <= facing_limit) continue;
-          const double half = 0.5 * std::min(own.half_xi, own.half_eta);
-          const double stiffness = softer(own.k_area, facet.k_area) * 0.25 * own.area;
-          Active one{t.candidates[k],
-                     m,
-                     pair_of(facet, stiffness, half, facet.depth_max),
-                     {},
-                     0.25 * own.area};
-          one.pair.weight = {side_weight(own.area, facet.area), cp.sharp};
-          one.contact = patch_on_facet(o, patch.corner, p, g, one.pair);
-          add_active(cp, one);
-        }
+        if (at.h >= 0.0 || at.h < -1.5 * facet.depth_max) continue;
+        const double beside[2] = {(std::abs(at.xi) - 1.0) * facet.half_xi,
+                                  (std::abs(at.eta) - 1.0) * facet.half_eta};
+        if (beside[0] > 1.1 * cp.half || beside[1] > 1.1 * cp.half) continue;
+        if (!whole_node(cp, t.candidates[k], at)) patches_of_node(cp, t.candidates[k], p);
       }
+      if (active.empty()) return;
       double area = 0.0;
       for (int m = cp.own; m < cp.own + cp.nown; ++m)
         area += 0.25 * t.facets[t.patches[m].facet].area;
       for (Active &one : active) one.weight /= area;
+    }
+
+    /// All patches of a node together, where neither their places nor their normals make a difference: far
+    /// from rims, and parallel to the facet or turned away from it. False: they must be looked at one by one.
+    bool whole_node(const ContactPoint &cp, int index, const LocalPoint &at)
+    {
+      const ContactFacet &facet = t.facets[index];
+      const Vec3 &n = t.planes[index].normal;
+      double stiffness = 0.0, area = 0.0, half = 0.0;
+      for (int m = cp.own; m < cp.own + cp.nown; ++m) {
+        const ContactFacet &own = t.facets[t.patches[m].facet];
+        const double c = -t.planes[t.patches[m].facet].normal.dot(n);
+        if (c <= facing_limit) continue;
+        if (c < parallel_limit) return false;
+        const double its = 0.5 * std::min(own.half_xi, own.half_eta);
+        if (half > 0.0 && its != half) return false;
+        half = its;
+        stiffness +=
+            softer(own.k_area, facet.k_area) * 0.25 * own.area * side_weight(own.area, facet.area);
+        area += 0.25 * own.area;
+      }
+      if (area == 0.0) return true;
+      // the middle of a patch is not farther from its node than 0.65 times their reach
+      const double clear = 0.65 * cp.half + std::max(half, -2.0 * at.h);
+      const double way[4] = {(1.0 - at.xi) * facet.half_xi, (1.0 + at.xi) * facet.half_xi,
+                             (1.0 - at.eta) * facet.half_eta, (1.0 + at.eta) * facet.half_eta};
+      for (int e = 0; e < 4; ++e)
+        if (facet.rim[e] && way[e] < clear) return false;
+      for (int e = 0; e < 4; ++e)
+        if (!facet.rim[e] && way[e] <= -half) return true;    // its share is 0
+      active.emplace_back();
+      Active &one = active.back();
+      one.facet = index;
+      one.patch = -1;
+      one.pair = pair_of(facet, stiffness, half, facet.depth_max);
+      one.weight = area;
+      one.contact = point_on_facet(at, one.pair);
+      keep_active(cp);
+      return true;
+    }
+
+    void patches_of_node(const ContactPoint &cp, int index, const Vec3 &p)
+    {
+      const ContactFacet &facet = t.facets[index];
+      const FacetPlane &g = t.planes[index];
+      for (int m = cp.own; m < cp.own + cp.nown; ++m) {
+        const ContactPatch &patch = t.patches[m];
+        const ContactFacet &own = t.facets[patch.facet];
+        const FacetPlane &o = t.planes[patch.facet];
+        if (-o.normal.dot(g.normal) <= facing_limit) continue;
+        active.emplace_back();
+        Active &one = active.back();
+        one.facet = index;
+        one.patch = m;
+        one.pair = pair_of(facet, softer(own.k_area, facet.k_area) * 0.25 * own.area,
+                           0.5 * std::min(own.half_xi, own.half_eta), facet.depth_max);
+        one.pair.weight = {side_weight(own.area, facet.area), cp.sharp};
+        one.weight = 0.25 * own.area;
+        one.contact = patch_on_facet(o, patch.corner, p, g, one.pair);
+        keep_active(cp);
+      }
     }
 
     void find_active_of_sphere(const ContactPoint &cp, const Vec3 &p)
@@ -187,14 +238,15 @@ namespace {
         if (std::abs(del.dot(g.to_xi)) >= 1.0 + t_xi || std::abs(del.dot(g.to_eta)) >= 1.0 + t_eta)
           continue;
         if (memory.tied(cp.atom, facet.element)) continue;
-        Active one{t.candidates[k],
-                   -1,
-                   pair_of(facet, softer(cp.k_own, facet.k_area) * cp.area, cp.half,
-                           cp.r + facet.depth_max),
-                   {},
-                   1.0};
+        active.emplace_back();
+        Active &one = active.back();
+        one.facet = t.candidates[k];
+        one.patch = -1;
+        one.pair = pair_of(facet, softer(cp.k_own, facet.k_area) * cp.area, cp.half,
+                           cp.r + facet.depth_max);
+        one.weight = 1.0;
         one.contact = sphere_on_facet(p, cp.r, g, one.pair);
-        add_active(cp, one);
+        keep_active(cp);
       }
     }
 

@@ -38,7 +38,12 @@ struct FacetLoad {
 
   /// A force f on the material point at y, that moves with the facet as a rigid offset of its plane:
   /// moment and resultant are those of f at y. (xi, eta, h): coordinates of y, see local_point().
-  void add(const FacetPlane &, const Vec3 &f, double xi, double eta, double h);
+  void add(const FacetPlane &g, const Vec3 &f, double xi, double eta, double h)
+  {
+    mid += f;
+    a += xi * f - h * f.dot(g.to_xi) * g.normal;
+    b += eta * f - h * f.dot(g.to_eta) * g.normal;
+  }
   /// Force on node k (0..3).
   Vec3 on_node(int k) const;
   /// Sum of x_k f_k^T over the nodes, with x from `origin`.
@@ -48,11 +53,20 @@ struct FacetLoad {
 /// Signs of the natural coordinates of a facet's nodes.
 constexpr int facet_sign[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
 
+inline Vec3 FacetLoad::on_node(int k) const
+{
+  return 0.25 * (mid + facet_sign[k][0] * a + facet_sign[k][1] * b);
+}
+
 /// p = mid + xi a + eta b + h normal.
 struct LocalPoint {
   double xi, eta, h;
 };
-LocalPoint local_point(const FacetPlane &, const Vec3 &p);
+inline LocalPoint local_point(const FacetPlane &g, const Vec3 &p)
+{
+  const Vec3 r = p - g.mid;
+  return {r.dot(g.to_xi), r.dot(g.to_eta), r.dot(g.normal)};
+}
 
 /// A value and its derivative.
 struct Share {
@@ -75,8 +89,9 @@ struct SideWeight {
   bool sharp = true;        ///< the node is on a sharp edge of its body
 };
 
-/// F(c): 0 for c <= facing_limit, ((c - limit)/(1 - limit))^2 above, times the weight of the side.
-constexpr double facing_limit = 0.25;
+/// F(c): 0 for c <= facing_limit, 1 for c >= parallel_limit (5 degrees), a smooth step between, times the
+/// weight of the side.
+constexpr double facing_limit = 0.25, parallel_limit = 0.9962;
 Share facing_factor(double c, const SideWeight &);
 
 /// psi and its derivative. Energy per stiffness. g < 0: 0.
@@ -84,7 +99,12 @@ struct Penalty {
   double energy, force;
 };
 constexpr double stiffening = 10.0;
-Penalty penalty_potential(double g, double depth_max);
+inline Penalty penalty_potential(double g, double depth_max)
+{
+  if (g <= 0.0) return {0.0, 0.0};
+  const double u = g / depth_max, s = stiffening * u * u;
+  return {0.5 * g * g * (1.0 + s), g * (1.0 + 2.0 * s)};
+}
 
 /// Constants of a patch or sphere against one facet.
 struct SurfacePair {
@@ -129,6 +149,8 @@ SurfaceForce patch_force(const SurfaceContact &, double offset, const FacetPlane
 /// The same for a sphere of radius r, which is at depth r - h; t of the pair is for half its size.
 SurfaceContact sphere_on_facet(const Vec3 &centre, double r, const FacetPlane &facet,
                                const SurfacePair &);
+/// A sphere of radius 0 at a place of which the local coordinates are known.
+SurfaceContact point_on_facet(const LocalPoint &, const SurfacePair &);
 SurfaceForce sphere_force(const SurfaceContact &, double offset, double r, const FacetPlane &facet,
                           const SurfacePair &, Vec3 &on_sphere, FacetLoad &on_facet);
 
