@@ -151,8 +151,9 @@ namespace {
       for (int k = cp.first; k < cp.first + cp.count; ++k) {
         const ContactFacet &facet = t.facets[t.candidates[k]];
         const FacetPlane &g = t.planes[t.candidates[k]];
+        const double h = (p - g.mid).dot(g.normal);
+        if (h >= 0.0 || h < -1.5 * facet.depth_max) continue;
         const LocalPoint at = local_point(g, p);
-        if (at.h >= 0.0 || at.h < -1.5 * facet.depth_max) continue;
         const double beside[2] = {(std::abs(at.xi) - 1.0) * facet.half_xi,
                                   (std::abs(at.eta) - 1.0) * facet.half_eta};
         if (beside[0] > 1.1 * cp.half || beside[1] > 1.1 * cp.half) continue;

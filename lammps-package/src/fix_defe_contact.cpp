@@ -95,7 +95,7 @@ class DefeSurfaceSearch {
   struct Side {
     double centre[3], extent;
     int hex, face;    // face: index into all_faces
-    bool outer, mine, used;
+    bool outer, mine, complete, used;
   };
   std::vector<Side> sides;
 
@@ -114,6 +114,11 @@ class DefeSurfaceSearch {
   void choose_facets();
   void add_facet(const Face &);
   void complete(int facet);
+  void use(int facet)
+  {
+    complete(facet);
+    sides[facet].used = true;
+  }
   std::vector<int> first_face, faces_at;    // all faces at each atom
   void list_faces_of_atoms();
   const int *nodes_of(int face, int *node) const;
@@ -129,6 +134,7 @@ class DefeSurfaceSearch {
   bool by_identity(int a, int b) const;
   bool joined(int node, const defe::ContactFacet &) const;
   bool faces(int node, int facet) const;
+  bool goes_on(const Point &, const double *xp, int facet);
   void make_points();
   void keep_used();
 };
@@ -328,18 +334,18 @@ void DefeSurfaceSearch::add_facet(const Face &face)
   side.face = static_cast<int>(&face - all_faces.data());
   side.outer = (h.nb[face.face] == 0);
   side.mine = (around[face.hex].idx[0] < nlocal);
-  side.used = false;
+  side.complete = side.used = false;
   sides.push_back(side);
 }
 
 /* ----------------------------------------------------------------------
-   reference geometry and stiffness, only of facets that are used
+   reference geometry and stiffness, only of facets that are near something
 ------------------------------------------------------------------------- */
 
 void DefeSurfaceSearch::complete(int k)
 {
-  if (sides[k].used) return;
-  sides[k].used = true;
+  if (sides[k].complete) return;
+  sides[k].complete = true;
   defe::ContactFacet &f = table.facets[k];
   Vec3 P[4];
   for (int a = 0; a < 4; a++) P[a] = Vec3(fix.xframe[f.node[a]]);
@@ -441,7 +447,7 @@ void DefeSurfaceSearch::pair_balls()
   const auto consider = [this](int ball, int k) {
     if (!sides[k].mine || table.facets[k].k_area < 0.0) return;
     if (!ball_is_near(ball, sides[k].centre, sides[k].extent)) return;
-    complete(k);
+    use(k);
     table.balls.push_back({ball, k});
   };
   for (int ball : large_balls)
@@ -557,6 +563,22 @@ bool DefeSurfaceSearch::faces(int node, int facet) const
 }
 
 /* ----------------------------------------------------------------------
+   a node beside an edge beyond which the surface goes on counts no farther than half a patch
+------------------------------------------------------------------------- */
+
+bool DefeSurfaceSearch::goes_on(const Point &p, const double *xp, int k)
+{
+  complete(k);
+  const defe::ContactFacet &f = table.facets[k];
+  const defe::LocalPoint at = defe::local_point(table.planes[k], Vec3(xp));
+  const double way[4] = {1.0 - at.xi, 1.0 + at.xi, 1.0 - at.eta, 1.0 + at.eta};
+  for (int e = 0; e < 4; e++)
+    if (!f.rim[e] && -way[e] * (e < 2 ? f.half_xi : f.half_eta) > 0.5 * p.aside + 1.5 * skin)
+      return true;
+  return false;
+}
+
+/* ----------------------------------------------------------------------
    facets around each point, in cells as large as their reach: a grid per class of sizes
 ------------------------------------------------------------------------- */
 
@@ -609,7 +631,7 @@ void DefeSurfaceSearch::find_near()
                                                  skin))
             continue;
           if (is_node) {
-            if (!faces(p.atom, f.facet)) continue;
+            if (!faces(p.atom, f.facet) || goes_on(p, xp, f.facet)) continue;
             if (f.part == p.part && joined(p.atom, facet)) continue;
           } else if (!born_loose && !fix.adhesive_of(p.part, f.part) &&
                      fix.tied(p.atom, facet.element))
@@ -653,7 +675,7 @@ void DefeSurfaceSearch::make_points()
         return by_identity(a, b);
       });
       for (int facet : own) {
-        complete(facet);
+        use(facet);
         const int *node = table.facets[facet].node;
         table.patches.push_back(
             {facet, static_cast<int>(std::find(node, node + 4, p.atom) - node)});
@@ -674,7 +696,7 @@ void DefeSurfaceSearch::make_points()
             cp.r = std::min(cp.r, Vec3(slot.face).dot(Vec3(slot.normal)));
       for (; k < near.size() && near[k].first == n && table.facets[near[k].second].part == cp.part;
            k++) {
-        complete(near[k].second);
+        use(near[k].second);
         table.candidates.push_back(near[k].second);
       }
       cp.count = static_cast<int>(table.candidates.size()) - cp.first;

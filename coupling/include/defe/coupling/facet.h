@@ -47,7 +47,7 @@ double facet_area(const Vec3 node[4]);
 /// eta = (p - mid).to_eta, and the height (p - mid).normal above the plane, from which the facet
 /// itself deviates by up to `warp`. A facet without area has a normal of any length up to 1.
 struct FacetPlane {
-  Vec3 mid, a, b, normal, to_xi, to_eta;
+  Vec3 mid, normal, to_xi, to_eta, a, b;    // in the order of use
   double warp;
   double aa, bb, area;    ///< |a|^2, |b|^2, |a x b|^2
 
