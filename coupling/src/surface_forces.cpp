@@ -85,6 +85,7 @@ namespace {
     std::vector<double> *energy_of;
     SurfaceResult result;
     std::vector<Active> active;
+    double moved = 0.0;    // of the mean depth, in this step
 
     void add_load(const ContactFacet &facet, const FacetLoad &load)
     {
@@ -291,16 +292,22 @@ namespace {
         }
         result.offset_count++;
       }
+      moved = depth - history.depth;
       history.depth = depth;
       if (history.offset > 0.0) {
-        double offset = std::min(history.offset, deepest);
-        if (history.eased > 0.0 && a.moving) {
-          const double before = energy_at(offset);
-          offset *= 1.0 - a.ease;
-          result.eased += energy_at(offset) - before;
-        }
-        history.offset = offset;
+        history.offset = std::min(history.offset, deepest);
+        if (history.eased > 0.0 && a.moving) history.offset *= 1.0 - a.ease;
       }
+    }
+
+    /// What easing puts in: the work that the contact has done in this step and what it stores more. (The
+    /// kicks of velocity Verlet do the mean of what both positions give.)
+    void book_easing(ContactHistory &history, double share, double energy, double push)
+    {
+      if (a.moving)
+        result.eased += energy - history.energy - 0.5 * (push + history.push) * moved / share;
+      history.energy = energy;
+      history.push = push;
     }
 
     void point(int index)
@@ -325,8 +332,11 @@ namespace {
         }
         return;
       }
-      double depth = 0.0;
-      for (const Active &one : active) depth += one.weight * one.contact.share * one.contact.depth;
+      double depth = 0.0, share = 0.0;
+      for (const Active &one : active) {
+        share += one.weight * one.contact.share;
+        depth += one.weight * one.contact.share * one.contact.depth;
+      }
       if (!history) {
         history = &memory.make(cp.atom, cp.part);
         *history = ContactHistory{};
@@ -334,7 +344,7 @@ namespace {
       update_history(cp, *history, depth);
 
       Vec3 on_point = Vec3::Zero(), normal = Vec3::Zero();
-      double pushes = 0.0, stiffness = 0.0;
+      double pushes = 0.0, stiffness = 0.0, energy = 0.0;
       for (Active &one : active) {
         const ContactFacet &facet = t.facets[one.facet];
         const FacetPlane &g = t.planes[one.facet];
@@ -354,13 +364,15 @@ namespace {
         }
         one.weight = r.normal;    // from here on: the force
         if (r.normal == 0.0) continue;
-        result.energy += r.energy;
+        energy += r.energy;
         pushes += r.normal;
         stiffness += one.pair.stiffness * one.contact.share;
         normal += r.normal * g.normal;
         add_load(facet, load);
         add_virial(load.virial(g, p));
       }
+      result.energy += energy;
+      if (history->eased > 0.0) book_easing(*history, share, energy, pushes);
       if (a.friction > 0.0 && pushes > 0.0)
         on_point += friction_of_point(cp, *history, p, normal, pushes, stiffness);
       add_at(a.f, cp.atom, on_point);

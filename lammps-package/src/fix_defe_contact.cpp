@@ -45,7 +45,7 @@ static constexpr double OPPOSED = 0.04;
 static constexpr double RIM_COSINE = 0.866;
 
 // overlaps from before the first step are eased out within this many stable steps of the elements
-static constexpr double EASE_STEPS = 200.0;
+static constexpr double EASE_STEPS = 2000.0;
 
 static double dist_sq(const double *a, const double *b)
 {

@@ -64,10 +64,11 @@ struct SurfaceTables {
 
 /// What a contact of a point with a part keeps from step to step. Plain data.
 struct ContactHistory {
-  double depth;       ///< mean depth at the last step, offset included
-  double offset;      ///< depth that pushes nothing
-  double shear[3];    ///< tangential displacement
-  double stored;      ///< energy of the tangential spring
+  double depth;           ///< mean depth at the last step, offset included
+  double offset;          ///< depth that pushes nothing
+  double shear[3];        ///< tangential displacement
+  double stored;          ///< energy of the tangential spring
+  double energy, push;    ///< of an eased contact at the last step
   double eased;    ///< 1: the offset is an overlap from before the first step, which is eased out
 };
 
