@@ -93,7 +93,7 @@ void FixDefe::check_records(const char *when)
         if (h.nb[f] != 0) sides.to_id(std::abs(h.nb[f]), {h.nb[f], h.id, h.nbface[f], f});
   for (const auto &s : sides.send()) {
     const auto found = known.find(std::abs(s.to));
-    if (s.to < 0) {
+    if (s.to < 0) {    // a lot: of the number of the element, or beyond all elements
       if (found != known.end())
         error->one(FLERR, "Fix defe {} at step {}: element {} takes its neighbour {} for converted",
                    when, update->ntimestep, s.from, -s.to);
@@ -168,7 +168,7 @@ void FixDefe::check_records(const char *when)
     if (!de[i]) continue;
     const DERecord &r = *de[i];
     const tagint me = atom->tag[i];
-    if (me != de_tag(r.element, r.corner))
+    if (me != de_tag(r.lot, r.corner))
       error->one(FLERR,
                  "Fix defe {} at step {}: DE {} of element {} has the atom ID {}: atom IDs were "
                  "changed (use delete_atoms with 'compress no')",
@@ -312,7 +312,7 @@ void FixDefe::account_for_deleted()
     mine[1] += de[i] ? 1 : 0;
     mine[2] += (!de[i] && nelem[i] > 0) ? 1 : 0;
     if (de[i] || nelem[i] > 0) mass += atom->rmass[i];
-    const bool renumbered = de[i] ? atom->tag[i] != de_tag(de[i]->element, de[i]->corner)
+    const bool renumbered = de[i] ? atom->tag[i] != de_tag(de[i]->lot, de[i]->corner)
                                   : !hexes[i].empty() && hexes[i].front().node[0] != atom->tag[i];
     if (renumbered)
       error->one(

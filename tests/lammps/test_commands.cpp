@@ -711,30 +711,12 @@ TEST(Beside, OtherSpheres)
   EXPECT_NEAR(all.at(sphere).v[2], -1.0, 1e-12);
 }
 
-TEST(Beside, SpheresCreatedAfterTheFirstRun)
-{
-  Lammps lmp;
-  make_beam(lmp);
-  lmp.run(5);
-  EXPECT_THAT(failure(lmp, "create_atoms 2 single 0.0 0.02 0.0\nrun 1"),
-              AllOf(HasSubstr("kept for DEs"), HasSubstr("before the first run")));
-}
-
-// Spheres that come during a run take the highest IDs: those of the DEs. Without elements that
-// convert they are welcome.
+// Spheres that fix deposit inserts; more of them in test_newcomers.cpp.
 TEST(Beside, FixDeposit)
 {
   const std::string rain =
       "region top block -0.015 0.025 0.02 0.025 -0.01 0.01 units box\n"
       "fix rain particles deposit 3 2 5 12345 region top near 0.002 units box\n";
-  if (rank_of(MPI_COMM_WORLD) == 0) {    // found by one rank
-    Lammps lmp(MPI_COMM_SELF);
-    const Block block = cracking_beam();
-    lmp.commands(block.script() + rain);
-    bend(lmp, block);
-    EXPECT_THAT(failure(lmp, "run 100"), AllOf(HasSubstr("deposit"), HasSubstr("kept for DEs")));
-  }
-  MPI_Barrier(MPI_COMM_WORLD);
   Lammps lmp;
   Block block;
   block.pair = "zero 0.001";
