@@ -401,6 +401,7 @@ void FixDefe::init()
   account_for_deleted();
   check_integrators();
   check_adhesives();
+  check_walls();
   forced_bits = groups_forced();
 
   if (update->whichflag == 2 && des_total > 0)

@@ -191,6 +191,7 @@ class FixDefe : public Fix {
   double de_energy(int d, unsigned present) const;
   double *x_frame(int i) const { return xframe[i]; }
   const DERecord *de_record(int i) const { return de[i].get(); }
+  bool is_loose(int i) const;    // a DE that nothing holds
   int elements_at(int i) const { return nelem[i]; }
   const std::vector<HexRecord> &hexes_of(int i) const { return hexes[i]; }
 
@@ -388,6 +389,8 @@ class FixDefe : public Fix {
   std::vector<tagint> deal_lots(const std::vector<tagint> &elements);
   void register_newcomer(int i);
   void check_newcomers();
+  void check_walls();
+  double wall_energy() const;
   double distance_if_swung(int i, const tagint *face, int corner,
                            const defe::fe::HexCoords &element, int part) const;
 

@@ -492,6 +492,16 @@ void FixDefe::stop_exploded()
       describe(worst), update->ntimestep);
 }
 
+/* ---------------------------------------------------------------------- */
+
+bool FixDefe::is_loose(int i) const
+{
+  if (!de[i]) return false;
+  return std::all_of(std::begin(de[i]->slot), std::end(de[i]->slot), [](const JointSlot &slot) {
+    return slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT;
+  });
+}
+
 /* ----------------------------------------------------------------------
    LAMMPS deletes atoms that leave through a fixed wall of the box and says how many.
    Named before that, as long as they are here. Loose DEs may go if the user says so
@@ -525,10 +535,7 @@ void FixDefe::watch_walls()
       if (!std::isfinite(x[d])) out = d;
     }
     if (out < 0) continue;
-    bool loose = de[i] != nullptr;
-    if (loose)
-      for (const auto &slot : de[i]->slot)
-        loose = loose && (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT);
+    const bool loose = is_loose(i);
     if (!may_go || !loose)
       error->one(
           FLERR,

@@ -4,7 +4,7 @@
    This software is distributed under the GNU General Public License.
 
    What others bring: atoms that come later (fix pour, fix deposit, create_atoms between
-   runs) and the IDs of DEs, which must not be theirs.
+   runs) and the IDs of DEs, which must not be theirs; walls.
 ------------------------------------------------------------------------- */
 
 #include "fix_defe.h"
@@ -149,4 +149,39 @@ void FixDefe::check_newcomers()
                "An atom was inserted at step {} with ID {}, which a DE has: let fix pour and fix "
                "deposit take the IDs that follow the largest one ('id max', their default)",
                update->ntimestep, first);
+}
+
+/* ----------------------------------------------------------------------
+   granular walls act on radii, which nodes have none of: elements would fall through without a word
+------------------------------------------------------------------------- */
+
+void FixDefe::check_walls()
+{
+  for (auto *ifix : modify->get_fix_by_style("^wall/gran")) {
+    tagint mine = MAXTAGINT, node;
+    for (int i = 0; i < atom->nlocal; i++)
+      if (!de[i] && nelem[i] > 0 && (atom->mask[i] & ifix->groupbit))
+        mine = MIN(mine, atom->tag[i]);
+    MPI_Allreduce(&mine, &node, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+    if (node < MAXTAGINT)
+      error->all(
+          FLERR,
+          "Fix {} {} does not hold finite elements, since nodes have no radius (node {} is in "
+          "its group): hold nodes and DEs by a fix defe/wall, and give this one a group of "
+          "other spheres",
+          ifix->id, ifix->style, node);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   energy of this rank's contacts with walls
+------------------------------------------------------------------------- */
+
+double FixDefe::wall_energy() const
+{
+  double sum = 0.0;
+  int dim;
+  for (auto *ifix : modify->get_fix_by_style("^defe/wall$"))
+    sum += *static_cast<const double *>(ifix->extract("energy", dim));
+  return sum;
 }
