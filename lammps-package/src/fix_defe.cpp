@@ -362,6 +362,7 @@ void FixDefe::init()
                "'newton off'");
   if (neighbor->includegroup)
     error->all(FLERR, "Fix defe cannot be used with neigh_modify include: remove it");
+  check_communication();
   if (modify->get_fix_by_style("^defe$").size() > 1)
     error->all(FLERR, "Only one fix defe at a time: one fix holds any number of parts");
 
@@ -402,6 +403,7 @@ void FixDefe::init()
   check_integrators();
   check_adhesives();
   check_walls();
+  check_minimizer();
   forced_bits = groups_forced();
 
   if (update->whichflag == 2 && des_total > 0)
@@ -741,8 +743,8 @@ void FixDefe::pre_neighbor()
     error->one(
         FLERR,
         "Node {} of element {} is missing on proc {} at step {}: it was lost, or the element "
-        "is larger than the communication cutoff (raise it with comm_modify cutoff)",
-        lost_node, lost_hex, comm->me, update->ntimestep);
+        "is larger than the communication cutoff (raise it with comm_modify cutoff){}",
+        lost_node, lost_hex, comm->me, update->ntimestep, minimizer_hint());
   for (auto &b : batches) {
     if (b.node.capacity() > b.node.size() + b.node.size() / 4) {
       b.node.shrink_to_fit();
@@ -1058,8 +1060,8 @@ void FixDefe::evaluate_finite(double *f, double history_step)
       const double *x = atom->x[b.node[inverted][0]];
       error->one(FLERR,
                  "Element {} of part {} turned inside out at step {} near {:.6g} {:.6g} {:.6g}: "
-                 "use a smaller timestep, or let it convert earlier",
-                 h.id, parts[h.part].name, update->ntimestep, x[0], x[1], x[2]);
+                 "use a smaller timestep, or let it convert earlier{}",
+                 h.id, parts[h.part].name, update->ntimestep, x[0], x[1], x[2], minimizer_hint());
     }
   }
   if (history_step > 0.0) since_history = 0.0;

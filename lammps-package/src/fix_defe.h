@@ -390,7 +390,11 @@ class FixDefe : public Fix {
   void register_newcomer(int i);
   void check_newcomers();
   void check_walls();
+  void check_communication();
+  void check_minimizer();
+  std::string minimizer_hint() const;
   double wall_energy() const;
+  void note_energy_in_walls();
   double distance_if_swung(int i, const tagint *face, int corner,
                            const defe::fe::HexCoords &element, int part) const;
 

@@ -171,6 +171,7 @@ void FixDefe::convert_marked()
   const int nall = nlocal + atom->nghost;
 
   ghost_positions();
+  note_energy_in_walls();
   double **x = atom->x;
   double **v = atom->v;
   if (contact_factor > 0.0) {

@@ -4,16 +4,18 @@
    This software is distributed under the GNU General Public License.
 
    What others bring: atoms that come later (fix pour, fix deposit, create_atoms between
-   runs) and the IDs of DEs, which must not be theirs; walls.
+   runs) and the IDs of DEs, which must not be theirs; walls, communication, minimisers.
 ------------------------------------------------------------------------- */
 
 #include "fix_defe.h"
+#include "fix_defe_wall.h"
 
 #include "rendezvous.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
+#include "min.h"
 #include "modify.h"
 #include "update.h"
 
@@ -174,6 +176,18 @@ void FixDefe::check_walls()
 }
 
 /* ----------------------------------------------------------------------
+   elements are about to convert: what that does to the energy of their contact with walls will be
+   known when the walls have found the new DEs
+------------------------------------------------------------------------- */
+
+void FixDefe::note_energy_in_walls()
+{
+  if (update->setupflag) return;    // no step yet, and no contact
+  for (auto *ifix : modify->get_fix_by_style("^defe/wall$"))
+    dynamic_cast<FixDefeWall *>(ifix)->note_energy();
+}
+
+/* ----------------------------------------------------------------------
    energy of this rank's contacts with walls
 ------------------------------------------------------------------------- */
 
@@ -184,4 +198,46 @@ double FixDefe::wall_energy() const
   for (auto *ifix : modify->get_fix_by_style("^defe/wall$"))
     sum += *static_cast<const double *>(ifix->extract("energy", dim));
   return sum;
+}
+
+/* ----------------------------------------------------------------------
+   elements and joints need all their atoms as ghosts, by one distance
+------------------------------------------------------------------------- */
+
+void FixDefe::check_communication()
+{
+  if (comm->mode != Comm::SINGLE)
+    error->all(
+        FLERR,
+        "Fix defe needs ghosts of all nodes and DEs to one distance, which it sets itself: use "
+        "comm_modify mode single (neighbor style multi may stay)");
+}
+
+/* ----------------------------------------------------------------------
+   how far a minimiser may move a node at a time: in si units the default is 0.1 m
+------------------------------------------------------------------------- */
+
+namespace {
+struct AnyMin : Min {
+  static double longest_move(Min *min) { return min->*(&AnyMin::dmax); }
+};
+}    // namespace
+
+std::string FixDefe::minimizer_hint() const
+{
+  if (update->whichflag != 2) return "";
+  return fmt::format("; the minimizer may move nodes too far: use min_modify dmax {:.1g}",
+                     0.004 * max_step_length);
+}
+
+void FixDefe::check_minimizer()
+{
+  if (update->whichflag != 2 || hexes_total == 0) return;
+  const double dmax = AnyMin::longest_move(update->minimize);
+  if (dmax > max_step_length)
+    error->all(
+        FLERR,
+        "Minimization may move nodes by {:.4g} at a time, more than a quarter of the shortest "
+        "edge ({:.4g}), and would turn elements inside out: use min_modify dmax {:.1g}",
+        dmax, 4.0 * max_step_length, 0.004 * max_step_length);
 }

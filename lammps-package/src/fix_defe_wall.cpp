@@ -131,6 +131,18 @@ void FixDefeWall::init()
         "it",
         id);
 
+  // the stiffness is that of the body, if it is not rigid itself
+
+  stiffest = 0.0;
+  for (const auto &p : fe->parts)
+    if (!fe->material_of(p).rigid()) stiffest = MAX(stiffest, fe->material_of(p).elastic().bulk());
+  if (!(stiffest > 0.0))
+    error->all(
+        FLERR,
+        "Fix {} defe/wall: all parts are rigid, but the stiffness of the contact is that of a "
+        "material: define one in fix {} that is not rigid",
+        id, fe->id);
+
   if (!region_id.empty()) {
     region = domain->get_region_by_id(region_id);
     if (!region) error->all(FLERR, "Region {} of fix {} defe/wall does not exist", region_id, id);
@@ -201,11 +213,6 @@ void FixDefeWall::pre_neighbor()
   const int *mask = atom->mask;
   const double skin = neighbor->skin;
 
-  // the stiffness is that of the body, if it is not rigid itself
-
-  double stiffest = 0.0;
-  for (const auto &p : fe->parts)
-    if (!fe->material_of(p).rigid()) stiffest = MAX(stiffest, fe->material_of(p).elastic().bulk());
   const auto bulk_of = [&](int part) {
     const auto &m = fe->material_of(fe->parts[part]);
     return m.rigid() ? stiffest : m.elastic().bulk();
@@ -239,18 +246,14 @@ void FixDefeWall::pre_neighbor()
           near = near || !overlaps.empty();
         }
         if (!near || !in_group) continue;
-        const double bulk = bulk_of(h.part);
-        if (!(bulk > 0.0))
-          error->one(FLERR,
-                     "Fix {} defe/wall: part {} is rigid, as all others are: the stiffness of the "
-                     "contact is that of a material; define one that is not rigid",
-                     id, fe->parts[h.part].name);
-        face.k_area = defe::penalty_stiffness_per_area(factor, bulk, defe::fe::face_area(reference),
-                                                       h.volume);
+        face.k_area = defe::penalty_stiffness_per_area(factor, bulk_of(h.part),
+                                                       defe::fe::face_area(reference), h.volume);
         faces.push_back(face);
       }
     }
   }
+  if (noted) fe->ledger.conv_strain += noted_energy - energy_now();
+  noted = false;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -279,8 +282,52 @@ void FixDefeWall::tally(const Vec3 &arm, const Vec3 &force)
 }
 
 /* ----------------------------------------------------------------------
-   each wall on its own: in a corner a node may be in several
+   each wall on its own, since in a corner a node may be in several: depths of the nodes in the
+   wall-th one that each of them is in; false if there is none any more
 ------------------------------------------------------------------------- */
+
+bool FixDefeWall::depths_of(const Face &face, size_t wall, double *depth, Vec3 *normal)
+{
+  bool any = false;
+  for (int a = 0; a < 4; a++) {
+    if (wall == 0) {
+      find_overlaps(atom->x[face.node[a]], 0.0);
+      of_node[a].swap(overlaps);
+    }
+    const bool in = wall < of_node[a].size();
+    depth[a] = in ? of_node[a][wall].depth : 0.0;
+    normal[a] = in ? of_node[a][wall].normal : Vec3(Vec3::Zero());
+    any = any || in;
+  }
+  return any;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixDefeWall::energy_now()
+{
+  double sum = 0.0;
+  for (const auto &face : faces) {
+    Vec3 node[4], normal[4], force[4];
+    double depth[4], push[4];
+    for (int a = 0; a < 4; a++) node[a] = Vec3(atom->x[face.node[a]]);
+    for (size_t wall = 0; depths_of(face, wall, depth, normal); wall++)
+      sum += defe::wall_face(node, depth, normal, face.k_area, force, push);
+  }
+  for (const auto &s : spheres) {
+    find_overlaps(atom->x[s.atom], s.reach);
+    for (const auto &o : overlaps) sum += 0.5 * s.k * o.depth * o.depth;
+  }
+  return sum;
+}
+
+void FixDefeWall::note_energy()
+{
+  noted_energy = energy_now();
+  noted = true;
+}
+
+/* ---------------------------------------------------------------------- */
 
 void FixDefeWall::push_faces()
 {
@@ -290,22 +337,10 @@ void FixDefeWall::push_faces()
   const bool rubs = friction > 0.0 && update->whichflag == 1;
   const double dt = update->dt;
   for (const auto &face : faces) {
-    Vec3 node[4];
-    size_t most = 0;
-    for (int a = 0; a < 4; a++) {
-      node[a] = Vec3(x[face.node[a]]);
-      find_overlaps(x[face.node[a]], 0.0);
-      of_node[a].swap(overlaps);
-      most = MAX(most, of_node[a].size());
-    }
-    for (size_t wall = 0; wall < most; wall++) {
-      double depth[4], push[4];
-      Vec3 normal[4], force[4];
-      for (int a = 0; a < 4; a++) {
-        const bool in = wall < of_node[a].size();
-        depth[a] = in ? of_node[a][wall].depth : 0.0;
-        normal[a] = in ? of_node[a][wall].normal : Vec3(Vec3::Zero());
-      }
+    Vec3 node[4], normal[4], force[4];
+    double depth[4], push[4];
+    for (int a = 0; a < 4; a++) node[a] = Vec3(x[face.node[a]]);
+    for (size_t wall = 0; depths_of(face, wall, depth, normal); wall++) {
       energy += defe::wall_face(node, depth, normal, face.k_area, force, push);
       for (int a = 0; a < 4; a++) {
         const int i = face.node[a];

@@ -39,6 +39,10 @@ class FixDefeWall : public Fix {
   void *extract(const char *, int &) override;
   double memory_usage() override;
 
+  /** Before a conversion: keep the energy at the positions of now. That of after it follows with the
+      next tables, and the difference is booked with the conversion. */
+  void note_energy();
+
  private:
   struct Plane {
     int dim;
@@ -48,6 +52,7 @@ class FixDefeWall : public Fix {
   std::string region_id;
   class Region *region = nullptr;
   double factor = 0.2, friction = 0.0;
+  double stiffest = 0.0;    // bulk modulus of any part, for rigid ones
   class FixDefe *fe = nullptr;
 
   // what may touch the wall before the next reneighbouring
@@ -76,6 +81,10 @@ class FixDefeWall : public Fix {
   double sums[4];         // the same, and the force on the wall
   double sums_all[4];
   bool summed = false;
+  double noted_energy = 0.0;
+  bool noted = false;
+  double energy_now();
+  bool depths_of(const Face &face, size_t wall, double *depth, defe::Vec3 *normal);
   void push_faces();
   void push_spheres();
   void tally(const defe::Vec3 &arm, const defe::Vec3 &force);

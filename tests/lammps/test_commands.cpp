@@ -536,6 +536,18 @@ TEST(Moving, Minimize)
   EXPECT_LT(lmp.fe(E_ELEMENTS), 1e-6 * before);
 }
 
+// The default is 0.1 in any units.
+TEST(Moving, MinimizeInLongSteps)
+{
+  Block block;
+  for (const std::string dmax : {"", "min_modify dmax 6e-4"}) {
+    Lammps lmp;
+    lmp.commands(block.script() + dmax);
+    EXPECT_THAT(failure(lmp, "minimize 0 1e-6 10 100"),
+                AllOf(HasSubstr("shortest edge (0.002)"), HasSubstr("min_modify dmax 2e-06")));
+  }
+}
+
 TEST(Moving, MinimizeWithDiscreteElements)
 {
   Block block;
@@ -676,6 +688,16 @@ TEST(Beside, Balance)
     lmp.commands("balance 1.0 " + way + "\nrun 110\nbalance 1.0 " + way + "\nrun 90");
     expect_same(whole, outcome(lmp, "balance.txt"), way);
   }
+}
+
+// Each kind of atoms with a ghost distance of its own: elements would miss their nodes.
+TEST(Beside, CommunicationModeMulti)
+{
+  Lammps lmp;
+  make_beam(lmp);
+  lmp.commands("neighbor 0.0005 multi\nrun 1\ncomm_modify mode multi vel yes");
+  EXPECT_THAT(failure(lmp, "run 1"),
+              AllOf(HasSubstr("ghosts"), HasSubstr("comm_modify mode single")));
 }
 
 TEST(Beside, AtomSort)
