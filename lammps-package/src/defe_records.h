@@ -20,8 +20,9 @@ namespace LAMMPS_NS {
 /** What travels with an element: it is kept by the atom that is its first node. */
 struct HexPod {
   tagint id;
-  tagint node[8];           // atom IDs, order of Abaqus C3D8
-  tagint nb[6];             // element behind each face: > 0 finite, 0 free surface, < 0 converted
+  tagint node[8];    // atom IDs, order of Abaqus C3D8
+  tagint
+      nb[6];    // behind each face: > 0 this element, 0 free surface, < 0 DEs with IDs of lot -nb
   signed char nbface[6];    // the face seen from that element
   signed char nbrot[6];     // position, on that face, of the first node of ours
   signed char nbpart[6];    // part of that element
@@ -81,7 +82,7 @@ struct DERecord {
   // surface; else its radius and the face of a cube
   double outer_distance, outer_area;
   int newborn;    // 1 until the first force evaluation (energy of conversion)
-  int pad;
+  tagint lot;     // of its ID, see FixDefe::de_tag()
   JointSlot slot[6];
 
   // at the last step of a run or of a restart file, for a next run that goes on as if there had been

@@ -19,6 +19,7 @@
 #include "compute_defe_hex_local.h"
 #include "create_hexes.h"
 #include "fix_defe.h"
+#include "fix_defe_wall.h"
 #include "pair_defe_joint.h"
 
 #include <mpi.h>
@@ -83,6 +84,7 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
     (*register_plugin)(&plugin, lmp);
   };
   two("fix", "defe", "DEFE " DEFE_VERSION " fix defe", with_arguments<FixDefe>);
+  two("fix", "defe/wall", "DEFE " DEFE_VERSION " fix defe/wall", with_arguments<FixDefeWall>);
   one("pair", "defe/joint", "DEFE " DEFE_VERSION " pair defe/joint", one_argument<PairDefeJoint>);
   one("pair", "defe/connective", "DEFE " DEFE_VERSION " pair defe/connective",
       one_argument<PairDefeConnective>);

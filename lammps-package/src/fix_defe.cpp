@@ -362,6 +362,7 @@ void FixDefe::init()
                "'newton off'");
   if (neighbor->includegroup)
     error->all(FLERR, "Fix defe cannot be used with neigh_modify include: remove it");
+  check_communication();
   if (modify->get_fix_by_style("^defe$").size() > 1)
     error->all(FLERR, "Only one fix defe at a time: one fix holds any number of parts");
 
@@ -375,6 +376,13 @@ void FixDefe::init()
     if (ifix->pre_exchange_migrate)
       error->all(FLERR, "Fix {} {} migrates atoms and must be defined after fix {} defe", ifix->id,
                  ifix->style, id);
+    for (const char *style : {"^pour", "^deposit", "^evaporate", "^gcmc"})
+      if (utils::strmatch(ifix->style, style))
+        error->all(
+            FLERR,
+            "Fix {} {} creates or deletes atoms and must be defined after fix {} defe, which "
+            "needs them as they were at the last step",
+            ifix->id, ifix->style, id);
     if (ifix->setmask() & POST_FORCE)
       error->all(FLERR,
                  "Fix {} {} changes forces and must be defined after fix {} defe, which keeps the "
@@ -394,6 +402,8 @@ void FixDefe::init()
   account_for_deleted();
   check_integrators();
   check_adhesives();
+  check_walls();
+  check_minimizer();
   forced_bits = groups_forced();
 
   if (update->whichflag == 2 && des_total > 0)
@@ -402,24 +412,14 @@ void FixDefe::init()
         "Fix defe cannot minimize with DEs: joints damage along a path in time; minimize before "
         "elements convert, or damp the motion with fix viscous");
 
-  // IDs of DEs are those of their elements, shifted; nodes are points
+  // nodes are points
 
-  tagint mine[2] = {MAXTAGINT, MAXTAGINT}, all[2];
-  for (int i = 0; i < atom->nlocal; i++) {
-    const tagint tag = atom->tag[i];
-    if (de[i]) continue;
-    if (de_base > 0 && tag > de_base && tag <= last_de()) mine[0] = MIN(mine[0], tag);
-    if (nelem[i] > 0 && atom->radius[i] != 0.0) mine[1] = MIN(mine[1], tag);
-  }
-  MPI_Allreduce(mine, all, 2, MPI_LMP_TAGINT, MPI_MIN, world);
-  if (all[0] < MAXTAGINT)
-    error->all(FLERR,
-               "Atom {} has an ID that is kept for DEs ({} to {}): create other atoms before the "
-               "first run",
-               all[0], de_base + 1, last_de());
-  if (all[1] < MAXTAGINT)
-    error->all(FLERR, "Node {} of the mesh was given a radius: nodes are spheres of radius 0",
-               all[1]);
+  tagint mine = MAXTAGINT, all;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (!de[i] && nelem[i] > 0 && atom->radius[i] != 0.0) mine = MIN(mine, atom->tag[i]);
+  MPI_Allreduce(&mine, &all, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  if (all < MAXTAGINT)
+    error->all(FLERR, "Node {} of the mesh was given a radius: nodes are spheres of radius 0", all);
 
   // reset_timestep may have put the clock back or forward: shields keep their age, and forces of
   // the last step are still those
@@ -440,6 +440,10 @@ void FixDefe::init()
   for (int i = 0; i < atom->nlocal && contact_factor > 0.0; i++)
     if (!de[i]) ball = MAX(ball, atom->radius[i]);
   MPI_Allreduce(&ball, &largest_ball, 1, MPI_DOUBLE, MPI_MAX, world);
+  for (int type = 1; type <= atom->ntypes && contact_factor > 0.0; type++)
+    largest_ball = MAX(largest_ball, radius_to_come(type));
+  natoms_known = atom->natoms;
+  doubtful_newcomers.clear();
   longest_provided = MAX(longest_provided, 1.05 * max_diagonal);
   const double cut = ghost_reach();
   if (comm->cutghostuser < cut) {
@@ -680,6 +684,7 @@ void FixDefe::pre_neighbor()
 {
   const int nlocal = atom->nlocal;
   const int nall = nlocal + atom->nghost;
+  if (atom->natoms != natoms_known) check_newcomers();
 
   // reference positions in the periodic frame of x, for owned and ghost atoms
 
@@ -738,8 +743,8 @@ void FixDefe::pre_neighbor()
     error->one(
         FLERR,
         "Node {} of element {} is missing on proc {} at step {}: it was lost, or the element "
-        "is larger than the communication cutoff (raise it with comm_modify cutoff)",
-        lost_node, lost_hex, comm->me, update->ntimestep);
+        "is larger than the communication cutoff (raise it with comm_modify cutoff){}",
+        lost_node, lost_hex, comm->me, update->ntimestep, minimizer_hint());
   for (auto &b : batches) {
     if (b.node.capacity() > b.node.size() + b.node.size() / 4) {
       b.node.shrink_to_fit();
@@ -1055,8 +1060,8 @@ void FixDefe::evaluate_finite(double *f, double history_step)
       const double *x = atom->x[b.node[inverted][0]];
       error->one(FLERR,
                  "Element {} of part {} turned inside out at step {} near {:.6g} {:.6g} {:.6g}: "
-                 "use a smaller timestep, or let it convert earlier",
-                 h.id, parts[h.part].name, update->ntimestep, x[0], x[1], x[2]);
+                 "use a smaller timestep, or let it convert earlier{}",
+                 h.id, parts[h.part].name, update->ntimestep, x[0], x[1], x[2], minimizer_hint());
     }
   }
   if (history_step > 0.0) since_history = 0.0;
@@ -1428,6 +1433,7 @@ void FixDefe::copy_arrays(int i, int j, int /*delflag*/)
 void FixDefe::set_arrays(int i)
 {
   touch[i].reset();
+  if (update->whichflag == 1 && !giving_birth) register_newcomer(i);
 
   // read_data sets the arrays of new atoms after it has read the sections: keep the elements
 
@@ -1650,14 +1656,14 @@ int FixDefe::maxsize_restart()
 
 namespace {
 // of restart files; another one whenever what is in a record changes
-constexpr char FORMAT[8] = "DEFE 2";
+constexpr char FORMAT[8] = "DEFE 3";
 
 struct GlobalState {
   char format[8];
   double ledger[8];
   bigint des_total, hexes_total, conversions_total;
-  tagint de_base, last_element;
-  int start_done, hexes_per_node;
+  tagint de_base, last_element, last_id, last_born;
+  int lots_moved, start_done, hexes_per_node;
   double dt_finite, dt_discrete, max_diagonal, max_facet, first_conversion, first_damage;
   bigint nodes_total, des_gone, kept_step, kept_natoms;
   bigint step, events_written;
@@ -1712,6 +1718,9 @@ void FixDefe::write_restart(FILE *fp)
   g.first_damage = both[1] == HUGE_VAL ? -1.0 : both[1];
   g.de_base = de_base;
   g.last_element = last_element;
+  g.last_id = last_id;
+  g.last_born = last_born;
+  g.lots_moved = lots_moved;
   g.start_done = start_done;
   g.hexes_per_node = hexes_per_node;
   g.dt_finite = dt_finite;
@@ -1805,6 +1814,9 @@ void FixDefe::restart(char *buf)
   first_damage = g.first_damage;
   de_base = g.de_base;
   last_element = g.last_element;
+  last_id = g.last_id;
+  last_born = g.last_born;
+  lots_moved = g.lots_moved;
   start_done = g.start_done;
   hexes_per_node = g.hexes_per_node;
   dt_finite = g.dt_finite;
@@ -1862,6 +1874,7 @@ int FixDefe::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int 
       const Converting &c = converting[at.first];
       buf[m++] = ubuf(ii).d;
       buf[m++] = ubuf(c.id).d;
+      buf[m++] = ubuf(c.lot).d;
       for (tagint t : c.node) buf[m++] = ubuf(t).d;
       for (const auto &xa : c.x)
         for (int k = 0; k < 3; k++) buf[m++] = xa[k] - c.x[at.second][k];
@@ -1901,6 +1914,7 @@ void FixDefe::unpack_forward_comm(int n, int first, double *buf)
       const int i = first + static_cast<int>(ubuf(buf[m++]).i);
       Converting c;
       c.id = static_cast<tagint>(ubuf(buf[m++]).i);
+      c.lot = static_cast<tagint>(ubuf(buf[m++]).i);
       for (tagint &t : c.node) t = static_cast<tagint>(ubuf(buf[m++]).i);
       for (auto &xa : c.x)
         for (int k = 0; k < 3; k++) xa[k] = atom->x[i][k] + buf[m++];

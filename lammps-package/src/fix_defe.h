@@ -145,8 +145,9 @@ class FixDefe : public Fix {
       which is that of the same area of its element (four times A, eight times V), so that a contact does not
       change at a conversion. 0 if there is no contact of surfaces. */
   double ball_stiffness(int part, int i) const;
-  double max_de_radius(int type) const;    // largest DE of that type that can ever be born
-  bigint des_total = 0;                    // on all ranks
+  double max_de_radius(int type) const;     // largest DE of that type that can ever be born
+  double radius_to_come(int type) const;    // largest sphere of that type that fixes will insert
+  bigint des_total = 0;                     // on all ranks
 
   // tables of local indices, made anew with the neighbour lists; how often, also within one step
 
@@ -190,6 +191,7 @@ class FixDefe : public Fix {
   double de_energy(int d, unsigned present) const;
   double *x_frame(int i) const { return xframe[i]; }
   const DERecord *de_record(int i) const { return de[i].get(); }
+  bool is_loose(int i) const;    // a DE that nothing holds
   int elements_at(int i) const { return nelem[i]; }
   const std::vector<HexRecord> &hexes_of(int i) const { return hexes[i]; }
 
@@ -277,7 +279,13 @@ class FixDefe : public Fix {
   bigint nhex_header = 0;      // of the data file that is read
   bigint hexes_awaited = 0;    // announced by a header, section not met yet
   tagint de_base = 0;          // DEs have the IDs above, see de_tag()
-  tagint last_element = 0;     // largest element ID of the mesh
+  bool lots_moved = false;     // lots of IDs are dealt in the order of birth, see deal_lots()
+  tagint last_id = 0;          // largest ID that an atom had when elements converted last
+  tagint last_born = 0;        // largest ID of a DE so far
+  bool giving_birth = false;
+  bigint natoms_known = -1;                  // at the last reneighbouring
+  std::vector<tagint> doubtful_newcomers;    // IDs of inserted atoms that a DE may have
+  tagint last_element = 0;                   // largest element ID of the mesh
   bigint hexes_total = 0, nodes_total = 0;
   bigint hexes_added = 0;    // to the mesh by this rank, since its topology was made
   double mass_total = 0.0;
@@ -359,7 +367,7 @@ class FixDefe : public Fix {
   // ---- conversion ----
   bigint convert_step = -1;
   struct Converting {
-    tagint id;
+    tagint id, lot;
     tagint node[8];
     double x[8][3];
   };
@@ -378,6 +386,15 @@ class FixDefe : public Fix {
   void ask_marks();
   void take_marks();
   void convert_marked();
+  std::vector<tagint> deal_lots(const std::vector<tagint> &elements);
+  void register_newcomer(int i);
+  void check_newcomers();
+  void check_walls();
+  void check_communication();
+  void check_minimizer();
+  std::string minimizer_hint() const;
+  double wall_energy() const;
+  void note_energy_in_walls();
   double distance_if_swung(int i, const tagint *face, int corner,
                            const defe::fe::HexCoords &element, int part) const;
 
@@ -396,7 +413,7 @@ class FixDefe : public Fix {
   enum CommMode { FRAME, POSVEL, SURFACE, MARKED, LOSS, FINITE };
   // of SURFACE and MARKED: most that goes per atom and round; only atoms that have something send it
   static constexpr int SURFACE_SIZE = 2 + static_cast<int>((sizeof(HexPod) + 7) / 8);
-  static constexpr int MARKED_SIZE = 2 + 1 + 8 + 24;
+  static constexpr int MARKED_SIZE = 2 + 2 + 8 + 24;
   CommMode comm_mode = FRAME;
   int comm_round = 0;
   std::unordered_map<int, std::vector<HexPod>> surface_at;    // exposed elements by first node
@@ -456,9 +473,11 @@ class FixDefe : public Fix {
   int restart_maxsize = 0;    // of the record of any atom on any rank
   int history_most = 0;       // doubles of material history that an element has
   int local_of(tagint) const;
-  tagint de_tag(tagint element, int corner) const
+  /** The eight DEs of an element have the IDs of one lot: that with the number of the element, as
+      long as no other atoms have come; see deal_lots(). */
+  tagint de_tag(tagint lot, int corner) const
   {
-    return de_base + 8 * (element - 1) + corner + 1;
+    return de_base + 8 * (lot - 1) + corner + 1;
   }
   tagint last_de() const
   {

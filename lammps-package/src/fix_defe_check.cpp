@@ -93,7 +93,7 @@ void FixDefe::check_records(const char *when)
         if (h.nb[f] != 0) sides.to_id(std::abs(h.nb[f]), {h.nb[f], h.id, h.nbface[f], f});
   for (const auto &s : sides.send()) {
     const auto found = known.find(std::abs(s.to));
-    if (s.to < 0) {
+    if (s.to < 0) {    // a lot: of the number of the element, or beyond all elements
       if (found != known.end())
         error->one(FLERR, "Fix defe {} at step {}: element {} takes its neighbour {} for converted",
                    when, update->ntimestep, s.from, -s.to);
@@ -168,7 +168,7 @@ void FixDefe::check_records(const char *when)
     if (!de[i]) continue;
     const DERecord &r = *de[i];
     const tagint me = atom->tag[i];
-    if (me != de_tag(r.element, r.corner))
+    if (me != de_tag(r.lot, r.corner))
       error->one(FLERR,
                  "Fix defe {} at step {}: DE {} of element {} has the atom ID {}: atom IDs were "
                  "changed (use delete_atoms with 'compress no')",
@@ -312,7 +312,7 @@ void FixDefe::account_for_deleted()
     mine[1] += de[i] ? 1 : 0;
     mine[2] += (!de[i] && nelem[i] > 0) ? 1 : 0;
     if (de[i] || nelem[i] > 0) mass += atom->rmass[i];
-    const bool renumbered = de[i] ? atom->tag[i] != de_tag(de[i]->element, de[i]->corner)
+    const bool renumbered = de[i] ? atom->tag[i] != de_tag(de[i]->lot, de[i]->corner)
                                   : !hexes[i].empty() && hexes[i].front().node[0] != atom->tag[i];
     if (renumbered)
       error->one(
@@ -492,6 +492,16 @@ void FixDefe::stop_exploded()
       describe(worst), update->ntimestep);
 }
 
+/* ---------------------------------------------------------------------- */
+
+bool FixDefe::is_loose(int i) const
+{
+  if (!de[i]) return false;
+  return std::all_of(std::begin(de[i]->slot), std::end(de[i]->slot), [](const JointSlot &slot) {
+    return slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT;
+  });
+}
+
 /* ----------------------------------------------------------------------
    LAMMPS deletes atoms that leave through a fixed wall of the box and says how many.
    Named before that, as long as they are here. Loose DEs may go if the user says so
@@ -525,10 +535,7 @@ void FixDefe::watch_walls()
       if (!std::isfinite(x[d])) out = d;
     }
     if (out < 0) continue;
-    bool loose = de[i] != nullptr;
-    if (loose)
-      for (const auto &slot : de[i]->slot)
-        loose = loose && (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT);
+    const bool loose = is_loose(i);
     if (!may_go || !loose)
       error->one(
           FLERR,

@@ -170,14 +170,8 @@ void FixDefe::convert_marked()
   const int nlocal = atom->nlocal;
   const int nall = nlocal + atom->nghost;
 
-  for (int i = 0; i < nlocal; i++)
-    if (!de[i] && atom->tag[i] > de_base && atom->tag[i] <= last_de())
-      error->one(FLERR,
-                 "Atom {} came during the run and has an ID that is kept for DEs ({} to {}): fixes "
-                 "like deposit and pour cannot be used with elements that convert",
-                 atom->tag[i], de_base + 1, last_de());
-
   ghost_positions();
+  note_energy_in_walls();
   double **x = atom->x;
   double **v = atom->v;
   if (contact_factor > 0.0) {
@@ -190,7 +184,7 @@ void FixDefe::convert_marked()
 
   struct Own {
     HexRecord *hex;
-    tagint id;
+    tagint id, lot;
     const std::array<int, 8> *idx;
     int kernel;
   };
@@ -198,15 +192,19 @@ void FixDefe::convert_marked()
   for (auto &b : batches) {
     if (!b.convertible) continue;
     for (size_t e = 0; e < b.hex.size(); e++)
-      if (b.hex[e]->marked) own.push_back({b.hex[e], b.hex[e]->id, &b.node[e], b.kernel});
+      if (b.hex[e]->marked) own.push_back({b.hex[e], b.hex[e]->id, 0, &b.node[e], b.kernel});
   }
   std::sort(own.begin(), own.end(), [](const Own &a, const Own &b) {
     return a.id < b.id;
   });
   {
+    std::vector<tagint> ids;
+    for (const auto &o : own) ids.push_back(o.id);
+    const auto lots = deal_lots(ids);
     std::vector<Converting> mine(own.size());
     for (size_t k = 0; k < own.size(); k++) {
       mine[k].id = own[k].id;
+      mine[k].lot = own[k].lot = lots[k];
       for (int a = 0; a < 8; a++) {
         mine[k].node[a] = own[k].hex->node[a];
         for (int d = 0; d < 3; d++) mine[k].x[a][d] = x[(*own[k].idx)[a]][d];
@@ -247,11 +245,12 @@ void FixDefe::convert_marked()
     r.newborn = 1;
     for (auto &slot : r.slot)
       if (slot.kind == DefeJoint::TIE && now_gone.count(slot.other)) {
-        slot.apart = distance_if_swung(jt.self[d], slot.face_node, slot.corner,
-                                       coords_of(*now_gone[slot.other]), slot.part);
+        const Converting &behind = *now_gone[slot.other];
+        slot.apart = distance_if_swung(jt.self[d], slot.face_node, slot.corner, coords_of(behind),
+                                       slot.part);
         if (slot.apart > 0.0) slot.state = DefeJoint::CONTACT;
         slot.kind = DefeJoint::DE;
-        slot.other = de_tag(slot.other, slot.corner);
+        slot.other = de_tag(behind.lot, slot.corner);
       }
   }
 
@@ -269,8 +268,10 @@ void FixDefe::convert_marked()
         continue;
       HexRecord &h = *b.hex[e];
       if (now_gone.count(h.id)) continue;
-      for (tagint &nb : h.nb)
-        if (nb > 0 && now_gone.count(nb)) nb = -nb;
+      for (tagint &nb : h.nb) {
+        const auto gone = nb > 0 ? now_gone.find(nb) : now_gone.end();
+        if (gone != now_gone.end()) nb = -gone->second->lot;
+      }
       if (!b.convertible || !shield) continue;
       std::unordered_set<tagint> seen;
       double centre[3] = {0.0, 0.0, 0.0};
@@ -333,7 +334,7 @@ void FixDefe::convert_marked()
       birth.de = eight[k];
       birth.part = h.part;
       birth.image = atom->image[(*o.idx)[0]];    // positions are in the frame of that node
-      birth.tag = de_tag(h.id, k);
+      birth.tag = de_tag(o.lot, k);
       memset(static_cast<void *>(&birth.record), 0, sizeof(DERecord));
       DERecord &r = birth.record;
       r.element = h.id;
@@ -341,6 +342,7 @@ void FixDefe::convert_marked()
       r.part = h.part;
       r.volume = eight[k].volume;
       r.newborn = 1;
+      r.lot = o.lot;
       for (int s = 0; s < 6; s++) {
         JointSlot &slot = r.slot[s];
         const double area = eight[k].area[s];
@@ -353,7 +355,7 @@ void FixDefe::convert_marked()
         if (!defe::slot_is_outer(k, s)) {
           const int other = defe::fe::hex_edge_neighbor(k, s / 2);
           slot.kind = DefeJoint::DE;
-          slot.other = de_tag(h.id, other);
+          slot.other = de_tag(o.lot, other);
           slot.partner = static_cast<signed char>(s ^ 1);
           slot.corner = static_cast<signed char>(other);
           continue;
@@ -371,9 +373,8 @@ void FixDefe::convert_marked()
         tagint face_node[4];
         for (int c = 0; c < 4; c++) face_node[c] = h.node[defe::fe::hex_face[s][(pos + c) % 4]];
         if (nb < 0 || now_gone.count(nb)) {
-          const tagint element = nb < 0 ? -nb : nb;
           slot.kind = DefeJoint::DE;
-          slot.other = de_tag(element, corner);
+          slot.other = de_tag(nb < 0 ? -nb : now_gone[nb]->lot, corner);
           const int j = nb < 0 ? domain->closest_image((*o.idx)[k], local_of(slot.other)) : -1;
           if (j < 0) continue;    // born now, too; or deleted
           slot.apart = distance_if_swung(j, face_node, k, xe, h.part);
@@ -474,7 +475,9 @@ void FixDefe::convert_marked()
       atom->v[i][k] = b.de.v[k];
       atom->omega[i][k] = b.de.omega[k];
     }
+    giving_birth = true;
     modify->create_attribute(i);
+    giving_birth = false;
     atom->image[i] = b.image;
     double ref[3];
     domain->unmap(b.de.X.data(), b.image, ref);
@@ -495,7 +498,7 @@ void FixDefe::convert_marked()
          all[4];
   MPI_Allreduce(mine, all, 4, MPI_LMP_BIGINT, MPI_SUM, world);
   nodes_total -= all[2];
-  atom->natoms = all[0];
+  atom->natoms = natoms_known = all[0];
   conversions_total += all[1];
   hexes_total -= all[1];
   des_total += 8 * all[1];

@@ -152,7 +152,7 @@ void FixDefe::fill_vector()
   mine[E_TIES] = stored.ties;
   mine[E_COHESIVE] = stored.cohesive;
   mine[E_SURFACE] = contact_energy;
-  mine[E_SPHERES] = stored.contact;
+  mine[E_SPHERES] = stored.contact + wall_energy();
   mine[FRACTURE] = ledger.fracture;
   mine[RELEASE] = ledger.release;
   mine[DAMPING] = ledger.damping;

@@ -164,6 +164,9 @@ void FixDefe::build_topology()
   for (int i = 0; i < nlocal; i++) last = MAX(last, atom->tag[i]);
   MPI_Allreduce(&last, &de_base, 1, MPI_LMP_TAGINT, MPI_MAX, world);
   last_element = static_cast<tagint>(last_hex_id());
+  last_id = de_base;
+  last_born = 0;
+  lots_moved = false;
   const bigint last_de = static_cast<bigint>(de_base) + 8 * static_cast<bigint>(last_element);
   if (last_de > MAXTAGINT)
     error->all(FLERR, "Fix defe needs atom IDs up to {}: compile LAMMPS with -DLAMMPS_BIGBIG",

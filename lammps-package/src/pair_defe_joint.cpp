@@ -262,8 +262,8 @@ double PairDefeJoint::init_one(int i, int j)
     if (atom->type[k] == j) mine[1] = MAX(mine[1], atom->radius[k]);
   }
   MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_MAX, world);
-  const double ri = MAX(all[0], fix->max_de_radius(i));
-  const double rj = MAX(all[1], fix->max_de_radius(j));
+  const double ri = MAX(all[0], MAX(fix->max_de_radius(i), fix->radius_to_come(i)));
+  const double rj = MAX(all[1], MAX(fix->max_de_radius(j), fix->radius_to_come(j)));
   if (ri > 0.0 && rj > 0.0) return ri + rj;
 
   // nodes have no radius and enter no list; but without any cutoff LAMMPS adds no skin and puts all

@@ -536,6 +536,18 @@ TEST(Moving, Minimize)
   EXPECT_LT(lmp.fe(E_ELEMENTS), 1e-6 * before);
 }
 
+// The default is 0.1 in any units.
+TEST(Moving, MinimizeInLongSteps)
+{
+  Block block;
+  for (const std::string dmax : {"", "min_modify dmax 6e-4"}) {
+    Lammps lmp;
+    lmp.commands(block.script() + dmax);
+    EXPECT_THAT(failure(lmp, "minimize 0 1e-6 10 100"),
+                AllOf(HasSubstr("shortest edge (0.002)"), HasSubstr("min_modify dmax 2e-06")));
+  }
+}
+
 TEST(Moving, MinimizeWithDiscreteElements)
 {
   Block block;
@@ -678,6 +690,16 @@ TEST(Beside, Balance)
   }
 }
 
+// Each kind of atoms with a ghost distance of its own: elements would miss their nodes.
+TEST(Beside, CommunicationModeMulti)
+{
+  Lammps lmp;
+  make_beam(lmp);
+  lmp.commands("neighbor 0.0005 multi\nrun 1\ncomm_modify mode multi vel yes");
+  EXPECT_THAT(failure(lmp, "run 1"),
+              AllOf(HasSubstr("ghosts"), HasSubstr("comm_modify mode single")));
+}
+
 TEST(Beside, AtomSort)
 {
   const Outcome &whole = straight(200);
@@ -711,30 +733,12 @@ TEST(Beside, OtherSpheres)
   EXPECT_NEAR(all.at(sphere).v[2], -1.0, 1e-12);
 }
 
-TEST(Beside, SpheresCreatedAfterTheFirstRun)
-{
-  Lammps lmp;
-  make_beam(lmp);
-  lmp.run(5);
-  EXPECT_THAT(failure(lmp, "create_atoms 2 single 0.0 0.02 0.0\nrun 1"),
-              AllOf(HasSubstr("kept for DEs"), HasSubstr("before the first run")));
-}
-
-// Spheres that come during a run take the highest IDs: those of the DEs. Without elements that
-// convert they are welcome.
+// Spheres that fix deposit inserts; more of them in test_newcomers.cpp.
 TEST(Beside, FixDeposit)
 {
   const std::string rain =
       "region top block -0.015 0.025 0.02 0.025 -0.01 0.01 units box\n"
       "fix rain particles deposit 3 2 5 12345 region top near 0.002 units box\n";
-  if (rank_of(MPI_COMM_WORLD) == 0) {    // found by one rank
-    Lammps lmp(MPI_COMM_SELF);
-    const Block block = cracking_beam();
-    lmp.commands(block.script() + rain);
-    bend(lmp, block);
-    EXPECT_THAT(failure(lmp, "run 100"), AllOf(HasSubstr("deposit"), HasSubstr("kept for DEs")));
-  }
-  MPI_Barrier(MPI_COMM_WORLD);
   Lammps lmp;
   Block block;
   block.pair = "zero 0.001";

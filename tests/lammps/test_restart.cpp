@@ -636,10 +636,10 @@ TEST(Restart, OfAnotherVersion)
   if (rank_of(MPI_COMM_WORLD) == 0) {
     std::fstream file("version.restart", std::ios::in | std::ios::out | std::ios::binary);
     const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-    const auto at = bytes.find("DEFE 2");
+    const auto at = bytes.find("DEFE 3");
     ASSERT_NE(at, std::string::npos);
     file.seekp(static_cast<std::streamoff>(at));
-    file << "DEFE 1";
+    file << "DEFE 2";
   }
   MPI_Barrier(MPI_COMM_WORLD);
   Lammps lmp;
