@@ -16,6 +16,7 @@
 #include "version.h"
 
 #include "compute_defe_atom.h"
+#include "compute_defe_fragment_atom.h"
 #include "compute_defe_hex_local.h"
 #include "create_hexes.h"
 #include "fix_defe.h"
@@ -92,6 +93,8 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
       one_argument<PairDefeContact>);
   two("compute", "defe/atom", "DEFE " DEFE_VERSION " compute defe/atom",
       with_arguments<ComputeDefeAtom>);
+  two("compute", "defe/fragment/atom", "DEFE " DEFE_VERSION " compute defe/fragment/atom",
+      with_arguments<ComputeDefeFragmentAtom>);
   two("compute", "defe/hex/local", "DEFE " DEFE_VERSION " compute defe/hex/local",
       with_arguments<ComputeDefeHexLocal>);
   one("command", "create_hexes", "DEFE " DEFE_VERSION " command create_hexes",
