@@ -18,6 +18,7 @@
 #include "compute_defe_atom.h"
 #include "compute_defe_fragment_atom.h"
 #include "compute_defe_hex_local.h"
+#include "compute_defe_joint_local.h"
 #include "create_hexes.h"
 #include "fix_defe.h"
 #include "pair_defe_joint.h"
@@ -97,6 +98,8 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
       with_arguments<ComputeDefeFragmentAtom>);
   two("compute", "defe/hex/local", "DEFE " DEFE_VERSION " compute defe/hex/local",
       with_arguments<ComputeDefeHexLocal>);
+  two("compute", "defe/joint/local", "DEFE " DEFE_VERSION " compute defe/joint/local",
+      with_arguments<ComputeDefeJointLocal>);
   one("command", "create_hexes", "DEFE " DEFE_VERSION " command create_hexes",
       one_argument<CreateHexes>);
 }
