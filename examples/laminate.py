@@ -1,4 +1,4 @@
-"""Reads what a run of a laminated example wrote, and finds out what still holds together.
+"""Reads what a run of a laminated example wrote, and says what still holds together.
 
 Used by the analyse.py of laminated_beam, laminated_plate and curved_pane.
 """
@@ -15,12 +15,14 @@ import results
 
 
 def read_log(path):
-    """As results.read_log(), with the number of nodes and the last line of thermo output."""
+    """As results.read_log(), with the number of nodes, the mass of the interlayer (kg), and the last line of
+    thermo output."""
     log = results.read_log(path)
     nodes = re.findall(r"^Nodes: (\d+)", log["text"], re.M)
-    if not nodes:
-        sys.exit(f"no number of nodes in {path}")
-    return {**log, "nodes": int(nodes[0]), "last": {name: column[-1] for name, column in log["thermo"].items()}}
+    interlayer = re.findall(r"^Interlayer: (\S+) kg", log["text"], re.M)
+    if not nodes or not interlayer:
+        sys.exit(f"no number of nodes or no mass of the interlayer in {path}")
+    return {**log, "nodes": int(nodes[0]), "interlayer": float(interlayer[-1]), "last": {name: column[-1] for name, column in log["thermo"].items()}}
 
 
 def read_mesh(path):
@@ -52,166 +54,34 @@ def read_events(path):
 # ---- what holds together ------------------------------------------------------------------------
 
 
-class Sets:
-    """Disjoint sets."""
+def held_together(path, log, interlayer):
+    """Pieces at the end of a run, heaviest first, and the share of the brittle mass that holds on the interlayer.
 
-    def __init__(self, n):
-        self.parent = list(range(n))
-
-    def find(self, a):
-        parent = self.parent
-        while parent[a] != a:
-            parent[a] = parent[parent[a]]
-            a = parent[a]
-        return a
-
-    def join(self, a, b):
-        a, b = self.find(a), self.find(b)
-        if a != b:
-            self.parent[max(a, b)] = min(a, b)
-
-
-# Natural coordinates of the corners, in the order of the nodes; corners that are neighbours along
-# an edge; and the corners of the six faces.
-CORNER = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
-EDGES = [(a, b) for a in range(8) for b in range(a) if np.abs(CORNER[a] - CORNER[b]).sum() == 2]
-FACES = [np.flatnonzero(CORNER[:, k] == s) for k in range(3) for s in (-1, 1)]
-
-
-def volumes(corner):
-    """Of hexahedra with these corners, by 2 x 2 x 2 Gauss points, which is exact."""
-    total = 0.0
-    for point in CORNER / math.sqrt(3):
-        factor = 1 + CORNER * point
-        gradient = np.stack([CORNER[:, d] * np.delete(factor, d, axis=1).prod(axis=1) for d in range(3)], axis=1) / 8
-        total = total + np.linalg.det(np.einsum("eac,ad->ecd", corner, gradient))
-    return total
-
-
-class Pieces:
-    """The pieces of a body at the end of a run: finite elements that share nodes, DEs that are joined or
-    tied. Rebuilt from the mesh and the events, without the solver's own records; check() compares the
-    number of joints of each kind with the solver's.
-
-    Units are the elements, 0 to n - 1, and the DEs of converted elements: n + 8 e + corner.
-    """
-
-    def __init__(self, mesh, events, first_de, density):
-        self.mesh, self.n = mesh, len(mesh["hexes"])
-        hexes = mesh["hexes"]
-        corner = mesh["x"][hexes]
-        self.mass = volumes(corner) * np.array([density[p] for p in mesh["parts"]])
-        self.centre = corner.mean(axis=1)
-        self.converted = np.zeros(self.n, bool)
-        self.broken = {}  # (unit, unit) -> time
-        de = lambda i: self.n + i - first_de - 1
-        for _, time, kind, a, b, *_ in events:
-            if kind == "convert":
-                self.converted[a - 1] = True
-            elif kind == "broken":
-                self.broken[tuple(sorted((de(a), de(b))))] = time
-            elif kind == "debonded":  # a tie: a DE and an element
-                self.broken[(de(a), b - 1)] = time
-        # joints and ties: pairs of units
-        faces = {}
-        for e, nodes in enumerate(hexes):
-            for k, face in enumerate(FACES):
-                faces.setdefault(tuple(sorted(nodes[face])), []).append((e, k))
-        self.joints, self.ties = [], []
-        for e in np.flatnonzero(self.converted):
-            self.joints += [(self.n + 8 * e + a, self.n + 8 * e + b) for a, b in EDGES]
-        for pair in faces.values():
-            if len(pair) < 2:
-                continue
-            (e, ke), (f, kf) = pair
-            if self.converted[e] and self.converted[f]:
-                at = {hexes[f][b]: b for b in FACES[kf]}
-                self.joints += [(self.n + 8 * e + a, self.n + 8 * f + at[hexes[e][a]]) for a in FACES[ke]]
-            elif self.converted[e] or self.converted[f]:
-                e, ke, f = (e, ke, f) if self.converted[e] else (f, kf, e)
-                self.ties += [(self.n + 8 * e + a, f) for a in FACES[ke]]
-        self.joints = [tuple(sorted(j)) for j in self.joints]
-
-    def units(self, parts=None):
-        """Elements and DEs there are, of some parts or of all."""
-        some = np.ones(self.n, bool) if parts is None else np.isin(self.mesh["parts"], parts)
-        dead = np.flatnonzero(self.converted & some)
-        return np.concatenate([np.flatnonzero(some & ~self.converted), (self.n + 8 * dead[:, None] + np.arange(8)).ravel()])
-
-    def element(self, unit):
-        unit = np.asarray(unit)
-        return np.where(unit < self.n, unit, (unit - self.n) // 8)
-
-    def unit_mass(self, unit):
-        return self.mass[self.element(unit)] / np.where(np.asarray(unit) < self.n, 1, 8)
-
-    def connect(self, parts=None):
-        """Sets of the units that hold together, within some parts or in all."""
-        sets = Sets(9 * self.n)
-        inside = np.ones(self.n, bool) if parts is None else np.isin(self.mesh["parts"], parts)
-        first = {}
-        for e in np.flatnonzero(inside & ~self.converted):
-            for node in self.mesh["hexes"][e]:
-                sets.join(first.setdefault(node, e), e)
-        element = lambda u: u if u < self.n else (u - self.n) // 8
-        for a, b in self.joints + self.ties:
-            if inside[element(a)] and inside[element(b)] and (a, b) not in self.broken:
-                sets.join(a, b)
-        return sets
-
-    def severed(self, part, axis=0):
-        """When (us) the part alone was first in two: its ends along the axis not connected within it any
-        more. None if they still are. From the end of the run backwards: joints are put back in the order
-        in which they broke last."""
-        sets, inside = self.connect([part]), self.mesh["parts"] == part
-        x = self.centre[:, axis]
-        ends = [np.flatnonzero(inside & (np.abs(x - x[inside].min()) < 1e-6)),
-                np.flatnonzero(inside & (np.abs(x - x[inside].max()) < 1e-6))]
-        roots = lambda end: {sets.find(u) for e in end for u in
-                             ([e] if not self.converted[e] else range(self.n + 8 * e, self.n + 8 * e + 8))}
-        if roots(ends[0]) & roots(ends[1]):
-            return None
-        for (a, b), time in sorted(self.broken.items(), key=lambda j: -j[1]):
-            if inside[(a - self.n) // 8] and inside[(b - self.n) // 8]:
-                sets.join(a, b)
-                if roots(ends[0]) & roots(ends[1]):
-                    return time
-        return 0.0
-
-    def check(self, last):
-        """The numbers of joints and ties must be those of the fix in the last line of thermo output."""
-        intact = sum(j not in self.broken for j in self.joints)
-        mine = (intact, len(self.joints) - intact, sum(t not in self.broken for t in self.ties))
-        fix = (last["connective"] + last["cohesive"], last["contact"], last["ties"] + last["softening"])
-        if mine != fix:
-            sys.exit(f"joints, broken joints and ties by the events: {mine}, by fix defe: {fix}")
-
-    def summary(self, interlayer=None):
-        """Pieces at the end, heaviest first, and the share of the brittle mass that holds on the interlayer."""
-        sets, units = self.connect(), self.units()
-        root = np.array([sets.find(u) for u in units])
-        mass = self.unit_mass(units)
-        heads, place = np.unique(root, return_inverse=True)
-        weight = np.bincount(place, mass)
-        count = np.bincount(place)
-        order = np.argsort(-weight)
-        single = (count == 1) & (heads >= self.n)
-        result = {
-            "pieces": len(heads),
-            "pieces_of_one_DE": int(single.sum()),
-            "pieces_of_more": int((~single).sum()),
-            "heaviest_pieces_g": [round(1e3 * w, 4) for w in weight[order][:5]],
-            "mass_of_loose_DEs_g": round(1e3 * weight[single].sum(), 4),
-        }
-        brittle = np.ones(len(units), bool)
-        if interlayer:
-            soft = self.mesh["parts"][self.element(units)] == interlayer
-            brittle = ~soft
-            on = np.isin(root, np.unique(root[soft]))
-            result["glass_on_interlayer_percent"] = round(100 * mass[on & brittle].sum() / mass[brittle].sum(), 3)
-            result["glass_off_interlayer_g"] = round(1e3 * mass[~on & brittle].sum(), 4)
-        result["heaviest_piece_percent"] = round(100 * weight.max() / weight.sum(), 3)
-        return result
+    path: the dump of compute defe/fragment/atom, per node and DE the mass, the ID of its piece (0: of no
+    interest here), and that among the interlayer's elements alone (0: not of the interlayer)."""
+    lines = path.read_text().splitlines()
+    names = lines[8].split()[2:]  # ITEM: ATOMS ...
+    table = np.array([line.split() for line in lines[9:]], float)
+    mass, piece, film = (table[:, names.index(name)] for name in ("mass", "c_pieces", "c_film"))
+    inside = piece > 0
+    heads, place = np.unique(piece[inside], return_inverse=True)
+    weight, count = np.bincount(place, mass[inside]), np.bincount(place)
+    single = count == 1  # an atom alone is a DE: nodes come by eight
+    result = {
+        "pieces": len(heads),
+        "pieces_of_one_DE": int(single.sum()),
+        "pieces_of_more": int((~single).sum()),
+        "heaviest_pieces_g": [round(1e3 * w, 4) for w in np.sort(weight)[::-1][:5]],
+        "mass_of_loose_DEs_g": round(1e3 * weight[single].sum(), 4),
+    }
+    if interlayer:
+        # nodes between the layers have mass of both: that of the interlayer is what its elements have
+        brittle = weight.sum() - log["interlayer"]
+        off = weight[~np.isin(heads, piece[inside & (film > 0)])].sum()
+        result["glass_on_interlayer_percent"] = round(100 * (1 - off / brittle), 3)
+        result["glass_off_interlayer_g"] = round(1e3 * off, 4)
+    result["heaviest_piece_percent"] = round(100 * weight.max() / weight.sum(), 3)
+    return result
 
 
 # ---- pictures -----------------------------------------------------------------------------------
@@ -255,18 +125,16 @@ def sheet(path, title, cells, columns, width=720):
 ALLOWED_RISE = 0.1  # percent
 
 
-def pane_report(folder, title, plies, interlayer, density):
+def pane_report(folder, title, plies, interlayer):
     """All that laminated_plate and curved_pane make of a run in the folder: summary.json, energies.png,
     force.png, crack.png, and a table at the end of log.lammps. Fails if the total energy rises.
 
-    plies: the parts of glass, from above; interlayer: a part or None; density: of each part, kg/m3.
+    plies: the parts of glass, from above; interlayer: whether there is one.
     """
     log = read_log(folder / "log.lammps")
     energies = results.read_energies(folder / "energies.txt")
     mesh = read_mesh(folder / "mesh.data")
     events = read_events(folder / "events.txt")
-    pieces = Pieces(mesh, events, log["nodes"], density)
-    pieces.check(log["last"])
 
     # the ball's mass is 2 E/v^2 of the first line
     speed = energies["vz"]
@@ -289,7 +157,7 @@ def pane_report(folder, title, plies, interlayer, density):
             "joints_broken": len(broken),
         }
     cracked = {p: s["first_damage_us"] for p, s in found.items() if s["first_damage_us"] is not None}
-    held = pieces.summary(interlayer)
+    held = held_together(folder / "pieces.dump", log, interlayer)
     brittle = np.flatnonzero(mesh["parts"] == plies[0])
     s = {
         "variant": folder.name,

@@ -33,6 +33,7 @@ def read_log(path):
 
 
 def read_energies(path):
+    """A file of fix ave/time with our titles, by column."""
     lines = path.read_text().splitlines()
     names = lines[1].lstrip("# ").split()
     table = np.array([[float(w) for w in line.split()] for line in lines[2:]], ndmin=2)

@@ -4,7 +4,7 @@
 # fresh OUT: an output folder without what an earlier run left there.
 fresh() {
   mkdir -p "$1"
-  rm -f "$1"/*.png "$1"/{events,energies,screen}.txt "$1"/{log.lammps,summary.json}
+  rm -f "$1"/*.png "$1"/{events,energies,whole,screen}.txt "$1"/{log.lammps,pieces.dump,summary.json}
 }
 
 # simulate SCRIPT OUT [LAMMPS options...]: a run with its log in OUT. Paths are relative: log files do

@@ -16,7 +16,9 @@
 #include "version.h"
 
 #include "compute_defe_atom.h"
+#include "compute_defe_fragment_atom.h"
 #include "compute_defe_hex_local.h"
+#include "compute_defe_joint_local.h"
 #include "create_hexes.h"
 #include "fix_defe.h"
 #include "fix_defe_wall.h"
@@ -94,8 +96,12 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
       one_argument<PairDefeContact>);
   two("compute", "defe/atom", "DEFE " DEFE_VERSION " compute defe/atom",
       with_arguments<ComputeDefeAtom>);
+  two("compute", "defe/fragment/atom", "DEFE " DEFE_VERSION " compute defe/fragment/atom",
+      with_arguments<ComputeDefeFragmentAtom>);
   two("compute", "defe/hex/local", "DEFE " DEFE_VERSION " compute defe/hex/local",
       with_arguments<ComputeDefeHexLocal>);
+  two("compute", "defe/joint/local", "DEFE " DEFE_VERSION " compute defe/joint/local",
+      with_arguments<ComputeDefeJointLocal>);
   one("command", "create_hexes", "DEFE " DEFE_VERSION " command create_hexes",
       one_argument<CreateHexes>);
 }

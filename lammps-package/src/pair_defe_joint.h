@@ -42,6 +42,18 @@ class PairDefeJoint : public Pair {
   void unpack_forward_comm(int, int, double *) override;
   double memory_usage() override;
 
+  /** What there is to see of a joint or tie that is not broken, after a force evaluation. */
+  struct JointView {
+    double t_n, t_s;         // traction: tension positive, and size of its tangential part
+    double damage;           // D
+    double opening, slip;    // e_n and |e_s| of the cohesive law, 0 before
+    double length;           // from the DE to the other one or to the point on the face
+    defe::Vec3 point;        // where it crosses the border between the two
+    defe::Vec3 normal;       // out of the DE
+  };
+  /** Of slot s of DE d in FixDefe::jt; of a cohesive joint, d is the DE of the lower ID. */
+  JointView view(int d, int s) const;
+
  protected:
   bool with_connective = true, with_cohesive = true, with_contact = true;
 

@@ -1,0 +1,212 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "compute_defe_joint_local.h"
+
+#include "fix_defe.h"
+#include "pair_defe_joint.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "force.h"
+#include "group.h"
+#include "memory.h"
+#include "modify.h"
+#include "update.h"
+
+#include <map>
+#include <string>
+
+using namespace LAMMPS_NS;
+
+/* ---------------------------------------------------------------------- */
+
+ComputeDefeJointLocal::ComputeDefeJointLocal(LAMMPS *lmp, int narg, char **arg) :
+    Compute(lmp, narg, arg)
+{
+  static const std::map<std::string, Quantity> names = {{"id1", ID1},
+                                                        {"id2", ID2},
+                                                        {"kind", KIND},
+                                                        {"state", STATE},
+                                                        {"part", PART},
+                                                        {"damage", DAMAGE},
+                                                        {"opening", OPENING},
+                                                        {"slip", SLIP},
+                                                        {"tn", TN},
+                                                        {"ts", TS},
+                                                        {"x", X},
+                                                        {"y", Y},
+                                                        {"z", Z},
+                                                        {"nx", NX},
+                                                        {"ny", NY},
+                                                        {"nz", NZ},
+                                                        {"area", AREA},
+                                                        {"length", LENGTH},
+                                                        {"length0", LENGTH0}};
+  if (narg < 4) utils::missing_cmd_args(FLERR, "compute defe/joint/local", error);
+  for (int k = 3; k < narg; k++) {
+    auto found = names.find(arg[k]);
+    if (found == names.end())
+      error->all(FLERR,
+                 "Unknown compute defe/joint/local quantity {}: use id1, id2, kind, state, part, "
+                 "damage, opening, slip, tn, ts, x, y, z, nx, ny, nz, area, length or length0",
+                 arg[k]);
+    what.push_back(found->second);
+    switch (found->second) {
+      case ID1:
+      case ID2:
+      case KIND:
+      case STATE:
+      case PART:
+      case AREA:
+      case LENGTH0:
+        break;
+      default:
+        views = true;
+    }
+  }
+  local_flag = 1;
+  size_local_cols = what.size() == 1 ? 0 : static_cast<int>(what.size());
+  comm_forward = 1;
+}
+
+ComputeDefeJointLocal::~ComputeDefeJointLocal()
+{
+  if (what.size() == 1)
+    memory->destroy(vector_local);
+  else
+    memory->destroy(array_local);
+}
+
+void ComputeDefeJointLocal::init()
+{
+  auto fixes = modify->get_fix_by_style("^defe$");
+  if (fixes.empty()) error->all(FLERR, "Compute defe/joint/local needs a fix defe");
+  fix = dynamic_cast<FixDefe *>(fixes.front());
+  pair = dynamic_cast<PairDefeJoint *>(force->pair_match("^defe/", 0));
+  if (!pair) error->all(FLERR, "Compute defe/joint/local needs a pair style defe/*");
+}
+
+/* ----------------------------------------------------------------------
+   joints by the rank of the lower ID, ties by that of the DE
+------------------------------------------------------------------------- */
+
+bool ComputeDefeJointLocal::counts(int d, int s) const
+{
+  const JointSlot &slot = fix->jt.rec[d]->slot[s];
+  if (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT) return false;
+  if (slot.kind == DefeJoint::TIE) return true;
+  return atom->tag[fix->jt.self[d]] < slot.other && (atom->mask[fix->jt.nb[d][s]] & groupbit);
+}
+
+void ComputeDefeJointLocal::compute_local()
+{
+  invoked_local = update->ntimestep;
+  if (group->dynamic[igroup]) comm->forward_comm(this);    // it changes between reneighbourings
+  const auto &jt = fix->jt;
+  const int ncol = static_cast<int>(what.size());
+  int n = 0;
+  for (int d = 0; d < jt.nde; d++)
+    if (atom->mask[jt.self[d]] & groupbit)
+      for (int s = 0; s < 6; s++) n += counts(d, s);
+  size_local_rows = n;
+  if (n > nmax) {
+    nmax = n;
+    if (ncol == 1) {
+      memory->destroy(vector_local);
+      memory->create(vector_local, nmax, "defe/joint/local:vector");
+    } else {
+      memory->destroy(array_local);
+      memory->create(array_local, nmax, ncol, "defe/joint/local:array");
+    }
+  }
+  n = 0;
+  for (int d = 0; d < jt.nde; d++) {
+    if (!(atom->mask[jt.self[d]] & groupbit)) continue;
+    for (int s = 0; s < 6; s++) {
+      if (!counts(d, s)) continue;
+      const JointSlot &slot = jt.rec[d]->slot[s];
+      PairDefeJoint::JointView view;
+      if (views) view = pair->view(d, s);
+      for (int c = 0; c < ncol; c++) {
+        double value = 0.0;
+        switch (what[c]) {
+          case ID1:
+            value = static_cast<double>(atom->tag[jt.self[d]]);
+            break;
+          case ID2:
+            value = static_cast<double>(slot.other);
+            break;
+          case KIND:
+            value = slot.kind;
+            break;
+          case STATE:
+            value = slot.state;
+            break;
+          case PART:
+            value = jt.rec[d]->part + 1;
+            break;
+          case DAMAGE:
+            value = view.damage;
+            break;
+          case OPENING:
+            value = view.opening;
+            break;
+          case SLIP:
+            value = view.slip;
+            break;
+          case TN:
+            value = view.t_n;
+            break;
+          case TS:
+            value = view.t_s;
+            break;
+          case X:
+          case Y:
+          case Z:
+            value = view.point[what[c] - X];
+            break;
+          case NX:
+          case NY:
+          case NZ:
+            value = view.normal[what[c] - NX];
+            break;
+          case AREA:
+            value = slot.area;
+            break;
+          case LENGTH:
+            value = view.length;
+            break;
+          case LENGTH0:
+            value = jt.len[d][s];
+            break;
+        }
+        if (ncol == 1)
+          vector_local[n] = value;
+        else
+          array_local[n][c] = value;
+      }
+      n++;
+    }
+  }
+}
+
+int ComputeDefeJointLocal::pack_forward_comm(int n, int *list, double *buf, int, int *)
+{
+  for (int k = 0; k < n; k++) buf[k] = ubuf(atom->mask[list[k]]).d;
+  return n;
+}
+
+void ComputeDefeJointLocal::unpack_forward_comm(int n, int first, double *buf)
+{
+  for (int k = 0; k < n; k++) atom->mask[first + k] = static_cast<int>(ubuf(buf[k]).i);
+}
+
+double ComputeDefeJointLocal::memory_usage()
+{
+  return static_cast<double>(nmax) * what.size() * sizeof(double);
+}
