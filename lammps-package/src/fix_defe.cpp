@@ -390,6 +390,8 @@ void FixDefe::init()
                  ifix->id, ifix->style, id);
   }
 
+  if (any_convertible) check_bond_fixes();
+
   if (any_convertible && (!force->pair || !force->pair_match("^defe/", 0)))
     error->all(FLERR,
                "Fix defe converts elements into DEs that no pair style joins: use pair_style "

@@ -436,6 +436,26 @@ void FixDefe::check_integrators()
 }
 
 /* ----------------------------------------------------------------------
+   bonds of bpm styles keep their state by local indices between reneighbourings: it must be put away
+   before conversions delete nodes
+------------------------------------------------------------------------- */
+
+void FixDefe::check_bond_fixes()
+{
+  bool after = false;
+  for (const auto *ifix : modify->get_fix_list()) {
+    if (ifix == this) after = true;
+    if (!after) continue;
+    if (utils::strmatch(ifix->style, "^BOND_HISTORY$") ||
+        utils::strmatch(ifix->style, "^UPDATE_SPECIAL_BONDS$"))
+      error->all(FLERR,
+                 "Bond_style {} must be given before fix {} defe: conversions would mix up the "
+                 "states of its bonds",
+                 force->bond_style ? force->bond_style : "bpm", id);
+  }
+}
+
+/* ----------------------------------------------------------------------
    part and element of an atom, in words
 ------------------------------------------------------------------------- */
 

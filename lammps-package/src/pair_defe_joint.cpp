@@ -189,9 +189,7 @@ void PairDefeJoint::init_style()
   if (force->newton == 0)
     error->all(FLERR, "Pair style defe/* needs 'newton off on' or 'newton on'");
 
-  if (force->pair_match("^hybrid", 0) && force->pair_match("^defe/", 0, 2))
-    error->all(FLERR, "There can be only one pair style defe/*: remove the others from hybrid");
-
+  map_types();
   auto fixes = modify->get_fix_by_style("^defe$");
   if (fixes.empty()) error->all(FLERR, "Pair style defe/* joins the DEs of a fix defe: define one");
   fix = dynamic_cast<FixDefe *>(fixes.front());
@@ -201,7 +199,7 @@ void PairDefeJoint::init_style()
   // no neighbour list is requested: nodes are the most of all atoms and would fill it, see
   // update_candidates()
 
-  // elastic constants of each part; DE types must have all the coefficients that the style uses
+  // elastic constants of each part
 
   table.clear();
   young.clear();
@@ -210,46 +208,9 @@ void PairDefeJoint::init_style()
     table.push_back({m.elastic().lambda(), m.elastic().mu()});
     young.push_back(m.elastic().E);
     if (m.rigid()) table.back() = {0.0, 0.0};
-    if (!p.convertible) continue;
-    const Coeff &c = coeff_of(p.type, p.type);
-    if ((with_connective && !c.has_connective) || (with_cohesive && !c.has_cohesive) ||
-        (with_contact && !c.has_contact))
-      error->all(FLERR,
-                 "DEs of part {} have type {}: give 'pair_coeff {} {}' with{}{}{} coefficients",
-                 p.name, p.type, p.type, p.type, with_connective ? " connective" : "",
-                 with_cohesive ? " cohesive" : "", with_contact ? " contact" : "");
-    if (c.has_connective && c.E > 0.0 &&
-        (std::abs(c.E / m.elastic().E - 1.0) > 1e-9 || std::abs(c.nu - m.elastic().nu) > 1e-9))
-      error->all(FLERR,
-                 "Pair_coeff {} {} connective {} {} differs from material {} of part {}: E {}, nu "
-                 "{} (or write 'connective material')",
-                 p.type, p.type, c.E, c.nu, m.name, p.name, m.elastic().E, m.elastic().nu);
-    if (with_cohesive && comm->me == 0) {
-      const double d = 2.0 * fix->max_de_radius(p.type);
-      const double limit = defe::toughness_limit(m.elastic().E, c.cohesive.G_f, c.cohesive.sigma_t);
-      if (d > limit)
-        utils::logmesg(lmp,
-                       "Joints of part {} are {:.4g} long, above 2 E G_f/sigma_t^2 = {:.4g}: "
-                       "fracture is strength-controlled, a joint releases {:.4g} per area\n",
-                       p.name, d, limit,
-                       0.5 * c.cohesive.sigma_t * c.cohesive.sigma_t * d / m.elastic().E +
-                           c.cohesive.G_f);
-    }
   }
-
-  // joints also run between the DEs of different parts
-
-  for (const auto &p : fix->parts)
-    for (const auto &q : fix->parts) {
-      if (!p.convertible || !q.convertible || p.type >= q.type) continue;
-      const Coeff &c = coeff_of(p.type, q.type);
-      if ((with_cohesive && !c.has_cohesive) || (with_contact && !c.has_contact))
-        error->all(FLERR,
-                   "DEs of parts {} and {} have types {} and {}: give 'pair_coeff {} {}' with{}{} "
-                   "coefficients",
-                   p.name, q.name, p.type, q.type, p.type, q.type, with_cohesive ? " cohesive" : "",
-                   with_contact ? " contact" : "");
-    }
+  check_coefficients();
+  note_other_spheres();
 }
 
 double PairDefeJoint::init_one(int i, int j)
@@ -264,6 +225,8 @@ double PairDefeJoint::init_one(int i, int j)
   MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_MAX, world);
   const double ri = MAX(all[0], MAX(fix->max_de_radius(i), fix->radius_to_come(i)));
   const double rj = MAX(all[1], MAX(fix->max_de_radius(j), fix->radius_to_come(j)));
+  if (i == j && fix->max_de_radius(i) > 0.0 && force->pair != this)
+    return ri + MAX(ri, largest_met_by_others(i));
   if (ri > 0.0 && rj > 0.0) return ri + rj;
 
   // nodes have no radius and enter no list; but without any cutoff LAMMPS adds no skin and puts all
@@ -865,8 +828,14 @@ void PairDefeJoint::update_candidates()
   if (candidates_built == fix->tables_built) return;
   candidates_built = fix->tables_built;
   candidates.clear();
-  const auto &jt = fix->jt;
+  auto &jt = fix->jt;
+  if (fix->des_total > 0) {
+    jt.material.resize(jt.nall);    // those of ghosts come from their owners
+    comm_mode = PARTS;
+    comm->forward_comm(this, 1);
+  }
   double **x = atom->x;
+  const int *type = atom->type;
   const double *radius = atom->radius;
   const int nlocal = atom->nlocal;
   const int nall = nlocal + atom->nghost;
@@ -880,6 +849,7 @@ void PairDefeJoint::update_candidates()
   const double limit = 4.0 * largest;
   for (int i = 0; i < nall; i++) {
     if (radius[i] == 0.0 || (!jt.of_atom.empty() && jt.of_atom[i] >= 0)) continue;
+    if (!meets_des[type[i]]) continue;
     (radius[i] <= limit ? small : large).push_back(i);
     if (radius[i] <= limit) largest = MAX(largest, radius[i]);
   }
@@ -892,6 +862,7 @@ void PairDefeJoint::update_candidates()
     if (j < nlocal && j < i) std::swap(i, j);
     const int di = jt.of_atom[i], dj = jt.of_atom[j];
     if (di < 0 && dj < 0) return;
+    if (!acts_on(type[i], type[j])) return;
     const bool with_ball = di < 0 || dj < 0;
     const double reach =
         (with_ball ? fix->reach_of(i) + fix->reach_of(j) : radius[i] + radius[j]) + skin;
@@ -1005,8 +976,7 @@ void PairDefeJoint::contact_forces()
     double E = 0.0, nu = 0.2, ball = 0.0;
     for (int d : {di, dj}) {
       if (d < 0) continue;
-      // a ghost's part is known by its type
-      const int part = d < jt.nde ? jt.material[d] : part_of_type(type[jt.self[d]]);
+      const int part = jt.material[d];
       if (with_ball) ball = fix->ball_stiffness(part, jt.self[d]);
       if (E == 0.0 || young[part] < E) {
         E = young[part];
@@ -1056,13 +1026,6 @@ void PairDefeJoint::contact_forces()
   }
 }
 
-int PairDefeJoint::part_of_type(int t) const
-{
-  for (size_t p = 0; p < fix->parts.size(); p++)
-    if (fix->parts[p].convertible && fix->parts[p].type == t) return static_cast<int>(p);
-  return 0;
-}
-
 /* ---------------------------------------------------------------------- */
 
 int PairDefeJoint::pack_forward_comm(int n, int *list, double *buf, int, int *)
@@ -1075,6 +1038,8 @@ int PairDefeJoint::pack_forward_comm(int n, int *list, double *buf, int, int *)
     if (comm_mode == HALF_FORCES) {
       memcpy(&buf[m], jt.half_force[d].data(), 18 * sizeof(double));
       m += 18;
+    } else if (comm_mode == PARTS) {
+      buf[m++] = jt.material[d];
     } else {
       int bits = 0;
       for (int s = 0; s < 6; s++) {
@@ -1098,6 +1063,8 @@ void PairDefeJoint::unpack_forward_comm(int n, int first, double *buf)
     if (comm_mode == HALF_FORCES) {
       memcpy(jt.half_force[d].data(), &buf[m], 18 * sizeof(double));
       m += 18;
+    } else if (comm_mode == PARTS) {
+      jt.material[d] = static_cast<unsigned char>(buf[m++]);
     } else {
       const int bits = static_cast<int>(buf[m++]);
       for (int s = 0; s < 6; s++) jt.state[6 * d + s] = (bits >> (3 * s)) & 7;

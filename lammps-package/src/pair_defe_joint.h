@@ -71,7 +71,7 @@ class PairDefeJoint : public Pair {
 
   std::vector<defe::CornerModuli> table;    // per part
   std::vector<double> young;                // per part
-  enum { HALF_FORCES, STATES } comm_mode = HALF_FORCES;
+  enum { HALF_FORCES, STATES, PARTS } comm_mode = HALF_FORCES;
 
   std::vector<std::array<double, 6>> screen;    // per joint slot, see update_screen()
   std::vector<int> reached;                     // 6 * DE + slot of the joints above it
@@ -84,6 +84,17 @@ class PairDefeJoint : public Pair {
   };
   std::vector<Candidate> candidates;    // spheres near each other that no joint holds
   bigint candidates_built = -1;
+
+  // ---- beside other particles and pair styles: pair_defe_others.cpp ----
+  enum : char { OURS = 1, OTHERS = 2 };
+  std::vector<char> acting;       // (ntypes+1)^2: which styles act between two types
+  std::vector<char> meets_des;    // per type: this style acts between it and DEs of some type
+  bool others_noted = false;
+  bool acts_on(int i, int j) const { return acting[i * (atom_types + 1) + j] & OURS; }
+  void map_types();
+  void check_coefficients();
+  void note_other_spheres();
+  double largest_met_by_others(int i) const;
 
   void allocate();
   void connective_and_ties();
@@ -104,7 +115,6 @@ class PairDefeJoint : public Pair {
   void update_candidates();
   void add_candidate(int i, int j);
   void forget_touch(int i, int j);
-  int part_of_type(int) const;
   void tally(const double *del, const double *force, int i);
   void event(int d, int s, int what, double value);
   void set_broken(int d, int s);

@@ -294,6 +294,24 @@ std::vector<Mistake> of_all_ranks()
                 Block().coeff + "\npair_coeff 1 1 defe/contact contact 0.9 0.1",
             pair),
        {"only one pair style defe"}},
+      {"hybrid_gives_des_to_another_style",
+       with("pair_style hybrid defe/joint gran/hooke 1e6 NULL 0 NULL 0 0\npair_coeff * * gran/hooke"
+            "\npair_coeff 1 1 defe/joint " +
+                Block().coeff,
+            pair),
+       {"DEs of part glass have type 2", "pair_style hybrid", "pair_coeff 2 2 defe/joint"}},
+      {"hybrid_without_coefficients",
+       with("pair_style hybrid defe/joint gran/hooke 1e6 NULL 0 NULL 0 0\npair_coeff 1 * "
+            "gran/hooke\npair_coeff 2 2 defe/joint connective material",
+            pair),
+       {"DEs of part glass have type 2", "pair_coeff 2 2 defe/joint", "cohesive contact"}},
+      {"bonds_after_the_fix",
+       replaced(replaced(good(), "atom_style sphere\nnewton off on",
+                         "atom_style hybrid bond sphere\nnewton on off\n"
+                         "special_bonds lj 0 1 1 coul 1 1 1"),
+                "create_box 2 box", "create_box 2 box bond/types 1 extra/bond/per/atom 2") +
+           "bond_style bpm/spring\nbond_coeff 1 1 1 1\nrun 0",
+       {"Bond_style bpm/spring", "before fix fe"}},
 
       // fix defe
       {"fix_without_arguments", front + "fix fe all defe", {"fix defe", "missing argument"}},
