@@ -96,10 +96,14 @@ struct DefeTouch : defe::ContactHistory {
   int part, pad;
 };
 
-/** Contact of two spheres, as one of them sees it. Plain data. */
+/** Contact of two spheres, as one of them sees it; of a DE and a ball only the DE. Plain data. */
 struct SphereTouch {
   tagint other;       // ID of the other one
   double shear[3];    // tangential displacement, of this one against the other
+  // with a ball:
+  double offset;    // overlap that pushes nothing
+  double
+      inherit;    // energy that a DE takes over from its element, at its first evaluation; else -1
 };
 
 /** All contacts of an atom; only some have any. */

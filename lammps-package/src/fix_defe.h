@@ -375,6 +375,12 @@ class FixDefe : public Fix {
   // by atom: index into converting, and corner
   std::unordered_map<int, std::vector<std::pair<int, int>>> marked_at;
   void tell_neighbours(std::vector<Converting> &&);
+  struct BallShare {
+    tagint element, node, ball;
+    double energy;
+  };
+  void ball_shares(const std::unordered_map<tagint, const Converting *> &,
+                   std::vector<BallShare> &);
   double first_conversion = -1.0, first_damage = -1.0;    // times
   void mark_elements();
   void schedule_conversion(int steps);

@@ -30,6 +30,7 @@
 #include <cmath>
 #include <deque>
 #include <map>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 
@@ -963,4 +964,31 @@ void FixDefe::report_contacts()
                      "{}); they are eased out, and the work of that counts as external",
                      all[1], winner.depth, tag);
   }
+}
+
+/* ----------------------------------------------------------------------
+   energy of balls on the quarters of elements of this rank that convert now, by element and corner node:
+   their DEs take it over
+------------------------------------------------------------------------- */
+
+void FixDefe::ball_shares(const std::unordered_map<tagint, const Converting *> &gone,
+                          std::vector<BallShare> &shares)
+{
+  for (const auto &pair : surface.balls) {
+    const auto &facet = surface.facets[pair.facet];
+    const auto element = static_cast<tagint>(facet.element);
+    if (!gone.count(element)) continue;
+    Vec3 force = Vec3::Zero();
+    defe::FacetLoad load;
+    const auto r =
+        defe::ball_on_facet(Vec3(atom->x[pair.atom]), atom->radius[pair.atom],
+                            surface.planes[pair.facet], facet.k_area, facet.area, force, load);
+    for (int q = 0; q < 4; q++)
+      if (r.quarter[q] > 0.0)
+        shares.push_back({element, atom->tag[facet.node[q]], atom->tag[pair.atom], r.quarter[q]});
+  }
+  // several faces of one DE may have met the same ball
+  std::sort(shares.begin(), shares.end(), [](const BallShare &a, const BallShare &b) {
+    return std::tie(a.element, a.node, a.ball) < std::tie(b.element, b.node, b.ball);
+  });
 }

@@ -218,6 +218,8 @@ void FixDefe::convert_marked()
     now_gone[c.id] = &c;
     for (tagint t : c.node) at_node[t].push_back(&c);
   }
+  std::vector<BallShare> from_balls;
+  ball_shares(now_gone, from_balls);
   const auto coords_of = [](const Converting &c) {
     HexCoords nodes;
     for (int a = 0; a < 8; a++) nodes.col(a) = Vec3(c.x[a]);
@@ -307,7 +309,7 @@ void FixDefe::convert_marked()
   struct Birth {
     defe::NewDE de;
     DERecord record;
-    tagint tag;
+    tagint tag, node;
     int part;
     imageint image;
   };
@@ -333,6 +335,7 @@ void FixDefe::convert_marked()
       Birth birth;
       birth.de = eight[k];
       birth.part = h.part;
+      birth.node = h.node[k];
       birth.image = atom->image[(*o.idx)[0]];    // positions are in the frame of that node
       birth.tag = de_tag(o.lot, k);
       memset(static_cast<void *>(&birth.record), 0, sizeof(DERecord));
@@ -484,6 +487,20 @@ void FixDefe::convert_marked()
     set_reference(i, ref);
     de[i] = std::make_unique<DERecord>(b.record);
     touch_at(i).fresh = true;
+    const BallShare first{b.record.element, b.node, 0, 0.0};
+    auto share = std::lower_bound(
+        from_balls.begin(), from_balls.end(), first, [](const BallShare &p, const BallShare &q) {
+          return p.element != q.element ? p.element < q.element : p.node < q.node;
+        });
+    for (;
+         share != from_balls.end() && share->element == first.element && share->node == first.node;
+         ++share) {
+      auto &list = touch_at(i).spheres;
+      if (!list.empty() && list.back().other == share->ball)
+        list.back().inherit += share->energy;
+      else
+        list.push_back({share->ball, {0.0, 0.0, 0.0}, 0.0, share->energy});
+    }
   }
   // a DE may be born up to 3/4 of an element outside the sub-domain of its element, and LAMMPS'
   // exchange moves atoms by one sub-domain only

@@ -27,6 +27,7 @@
 #include "update.h"
 
 #include "defe/coupling/conversion.h"
+#include "defe/coupling/penalty.h"
 
 #include <Eigen/SVD>
 
@@ -864,6 +865,11 @@ void PairDefeJoint::update_candidates()
     if (di < 0 && dj < 0) return;
     if (!acts_on(type[i], type[j])) return;
     const bool with_ball = di < 0 || dj < 0;
+    // with a ball: by the rank of the DE alone; the ball's force comes back with the ghosts
+    if (with_ball && di < 0) {
+      if (j >= nlocal) return;
+      std::swap(i, j);
+    }
     const double reach =
         (with_ball ? fix->reach_of(i) + fix->reach_of(j) : radius[i] + radius[j]) + skin;
     double rsq = 0.0;
@@ -937,28 +943,28 @@ void PairDefeJoint::contact_forces()
   const double dt = update->setupflag ? 0.0 : update->dt;
 
   const auto spring = [this](int i, int j) -> double * {
-    auto &list = fix->touch_at(i).spheres;
-    for (auto &s : list)
-      if (s.other == atom->tag[j]) return s.shear;
-    list.push_back({atom->tag[j], {0.0, 0.0, 0.0}});
-    return list.back().shear;
+    SphereTouch *touch = find_touch(i, j);
+    if (!touch) touch = &new_touch(i, j);
+    return touch->shear;
   };
 
   for (const auto &c : candidates) {
     const int i = c.i, j = c.j;
+    if (jt.of_atom[j] < 0) {
+      contact_with_ball(i, j);
+      continue;
+    }
     const bool whole = j < nlocal;    // else the other half belongs to the other owner
     const double del[3] = {x[i][0] - x[j][0], x[i][1] - x[j][1], x[i][2] - x[j][2]};
     const double rsq = del[0] * del[0] + del[1] * del[1] + del[2] * del[2];
     const int di = jt.of_atom[i], dj = jt.of_atom[j];
-    const bool with_ball = di < 0 || dj < 0;
-    const double ri = with_ball ? fix->reach_of(i) : radius[i];
-    const double rj = with_ball ? fix->reach_of(j) : radius[j];
+    const double ri = radius[i], rj = radius[j];
     double reach = ri + rj;
     bool apart = rsq >= reach * reach;
 
     // spheres of flat cells overlap from the start: contact begins at the reference distance
 
-    if (!apart && !with_ball) {
+    if (!apart) {
       const double *Xi = fix->x_frame(i), *Xj = fix->x_frame(j);
       double ref = 0.0;
       for (int k = 0; k < 3; k++) ref += (Xi[k] - Xj[k]) * (Xi[k] - Xj[k]);
@@ -973,18 +979,16 @@ void PairDefeJoint::contact_forces()
     }
 
     const Coeff &coeff = coeff_of(type[i], type[j]);
-    double E = 0.0, nu = 0.2, ball = 0.0;
+    double E = 0.0, nu = 0.2;
     for (int d : {di, dj}) {
-      if (d < 0) continue;
       const int part = jt.material[d];
-      if (with_ball) ball = fix->ball_stiffness(part, jt.self[d]);
       if (E == 0.0 || young[part] < E) {
         E = young[part];
         nu = 0.5 * table[part].lambda / (table[part].lambda + table[part].mu);
       }
     }
     if (E == 0.0) continue;
-    const double kn = ball > 0.0 ? ball : E * MIN(2.0 * MIN(radius[i], radius[j]), reach);
+    const double kn = E * MIN(2.0 * MIN(radius[i], radius[j]), reach);
     auto par = defe::ContactParameters{kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), coeff.restitution,
                                        coeff.friction, coeff.damping_ratio};
     double *shear = spring(i, j);
@@ -1024,6 +1028,93 @@ void PairDefeJoint::contact_forces()
       tally(half, r.force.data(), i);
     }
   }
+}
+
+/* ----------------------------------------------------------------------
+   a DE of this rank and a ball, owned or ghost. The DE is a patch of the surface that the ball presses
+   on (ball_on_patch); one that was just born takes over what the face of its element stored.
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::contact_with_ball(int i, int j)
+{
+  double **x = atom->x;
+  double **v = atom->v;
+  double **omega = atom->omega;
+  const auto &jt = fix->jt;
+  const double dt = update->setupflag ? 0.0 : update->dt;
+  const Vec3 del = Vec3(x[i]) - Vec3(x[j]), speed = Vec3(v[i]) - Vec3(v[j]);
+  const double ri = fix->reach_of(i), rj = atom->radius[j], distance = del.norm();
+  const double overlap = ri + rj - distance;
+  SphereTouch *touch = find_touch(i, j);
+  const bool inherits = touch && touch->inherit >= 0.0;
+  const double offset = touch ? touch->offset : 0.0;
+  if (!inherits && overlap <= offset) {
+    forget_touch(i, j);
+    return;
+  }
+  const int part = jt.material[jt.of_atom[i]];
+  const double area = jt.rec[jt.of_atom[i]]->outer_area;
+  const double k_area = fix->ball_stiffness(part, i) / area;
+  const Coeff &coeff = coeff_of(atom->type[i], atom->type[j]);
+  if (!(k_area > 0.0)) return;
+  if (!touch) {
+    touch = &new_touch(i, j);
+    // an overlap that no motion has made
+    if (overlap > 4.0 * dt * speed.norm() + 1.0e-6 * ri) touch->offset = overlap;
+  } else if (inherits)
+    touch->offset = overlap - defe::overlap_of_energy(touch->inherit, rj, area, k_area);
+  const double deep = overlap - touch->offset;
+  const auto push = defe::ball_on_patch(deep, rj, area, k_area);
+  if (!(deep > 0.0)) {
+    if (inherits) touch->inherit = -1.0;
+    return;
+  }
+
+  const double kn = push.force / deep;
+  const double nu = 0.5 * table[part].lambda / (table[part].lambda + table[part].mu);
+  const defe::ContactParameters par{kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), coeff.restitution,
+                                    coeff.friction, coeff.damping_ratio};
+  Vec3 history(touch->shear);
+  auto r = defe::sphere_contact(
+      del, speed, Vec3(omega[i]), Vec3(omega[j]), ri, rj, ri + rj - touch->offset,
+      atom->rmass[i] * atom->rmass[j] / (atom->rmass[i] + atom->rmass[j]), dt, history, par);
+  r.stored += push.energy - 0.5 * push.force * deep;
+  if (inherits) {
+    fix->ledger.conv_strain -= push.energy;
+    touch->inherit = -1.0;
+  }
+  // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
+  if (update->setupflag)
+    r.stored += 0.5 * par.kt * (Vec3(touch->shear).squaredNorm() - history.squaredNorm());
+  else {
+    for (int k = 0; k < 3; k++) touch->shear[k] = history[k];
+    fix->ledger.damping += r.damped;
+    fix->ledger.friction += r.rubbed;
+  }
+  for (int k = 0; k < 3; k++) {
+    atom->f[i][k] += r.force[k];
+    atom->f[j][k] -= r.force[k];
+    atom->torque[i][k] += r.torque_i[k];
+    atom->torque[j][k] += r.torque_j[k];
+  }
+  fix->stored.contact += r.stored;
+  if (vflag_global || vflag_atom) tally(del.data(), r.force.data(), i);
+}
+
+SphereTouch *PairDefeJoint::find_touch(int i, int j)
+{
+  AtomTouch *t = fix->touches(i);
+  if (t)
+    for (auto &s : t->spheres)
+      if (s.other == atom->tag[j]) return &s;
+  return nullptr;
+}
+
+SphereTouch &PairDefeJoint::new_touch(int i, int j)
+{
+  auto &list = fix->touch_at(i).spheres;
+  list.push_back({atom->tag[j], {0.0, 0.0, 0.0}, 0.0, -1.0});
+  return list.back();
 }
 
 /* ---------------------------------------------------------------------- */

@@ -115,6 +115,9 @@ class PairDefeJoint : public Pair {
   void update_candidates();
   void add_candidate(int i, int j);
   void forget_touch(int i, int j);
+  void contact_with_ball(int i, int j);
+  struct SphereTouch *find_touch(int i, int j);
+  struct SphereTouch &new_touch(int i, int j);
   void tally(const double *del, const double *force, int i);
   void event(int d, int s, int what, double value);
   void set_broken(int d, int s);

@@ -12,6 +12,18 @@ namespace defe {
 /// the compliance of a contact does not change when elements become DEs.
 double penalty_stiffness_per_area(double f_s, double K, double A, double V);
 
+/// A ball of radius R that presses by `overlap` on the middle of a round patch of area A with the penalty
+/// pressure k_A times the local depth (overlap - s^2/2R at the distance s from the middle):
+/// E = pi k_A R/3 (o^3 - max(0, o - A/(2 pi R))^3). As the integral over a plane of facets while the disc of
+/// contact is smaller than the patch, and linear with k_A A beyond.
+struct BallOnPatch {
+  double energy, force;
+};
+BallOnPatch ball_on_patch(double overlap, double R, double A, double k_A);
+
+/// The overlap at which ball_on_patch() has this energy (>= 0).
+double overlap_of_energy(double energy, double R, double A, double k_A);
+
 }    // namespace defe
 
 #endif
