@@ -443,14 +443,29 @@ namespace {
         ball_let_through(pair, at);
         return;
       }
+      double over = 1.0;
+      Vec3 by_foot = Vec3::Zero();
+      if (!facet.outer) {
+        constexpr double border = 0.25;    // natural coordinates
+        const Share xi = patch_share(at.xi, border), eta = patch_share(at.eta, border);
+        over = std::max(0.0, xi.value) * std::max(0.0, eta.value);
+        if (over == 0.0 || std::abs(at.xi) > 1.0 + border || std::abs(at.eta) > 1.0 + border)
+          return;
+        by_foot = xi.slope * eta.value * g.to_xi + xi.value * eta.slope * g.to_eta;
+      }
       Vec3 force = Vec3::Zero();
       FacetLoad load;
-      const BallForce r = ball_on_facet(c, R, g, facet.k_area, facet.area, force, load);
+      const BallForce r = ball_on_facet(c, R, g, over * facet.k_area, facet.area, force, load);
       if (energy_of) {
         (*energy_of)[t.points.size() + index] = r.energy;
         return;
       }
       if (r.energy == 0.0) return;
+      if (!facet.outer) {
+        const Vec3 aside = -r.energy / over * by_foot;
+        force += aside;
+        load.add(g, -aside, at.xi, at.eta, at.h);
+      }
       result.energy += r.energy;
       if (a.friction > 0.0) {
         const Vec3 point = g.mid + r.xi * g.a + r.eta * g.b, off = c - point;

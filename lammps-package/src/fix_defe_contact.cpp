@@ -327,13 +327,14 @@ void DefeSurfaceSearch::add_facet(const Face &face)
   facet.k_area = fix.material_of(fix.parts[h.part]).rigid() ? -1.0 : 0.0;
   facet.area = facet.half_xi = facet.half_eta = facet.depth_max = 0.0;    // see complete()
   for (bool &rim : facet.rim) rim = true;
+  facet.outer = (h.nb[face.face] == 0);
   table.facets.push_back(facet);
   Side side;
   for (int d = 0; d < 3; d++) side.centre[d] = face.centre[d];
   side.extent = std::sqrt(face.extent);
   side.hex = face.hex;
   side.face = static_cast<int>(&face - all_faces.data());
-  side.outer = (h.nb[face.face] == 0);
+  side.outer = facet.outer;
   side.mine = (around[face.hex].idx[0] < nlocal);
   side.complete = side.used = false;
   sides.push_back(side);
@@ -977,7 +978,7 @@ void FixDefe::ball_shares(const std::unordered_map<tagint, const Converting *> &
   for (const auto &pair : surface.balls) {
     const auto &facet = surface.facets[pair.facet];
     const auto element = static_cast<tagint>(facet.element);
-    if (!gone.count(element)) continue;
+    if (!facet.outer || !gone.count(element)) continue;
     Vec3 force = Vec3::Zero();
     defe::FacetLoad load;
     const auto r =

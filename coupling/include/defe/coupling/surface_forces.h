@@ -25,6 +25,7 @@ struct ContactFacet {
   double k_area;               ///< penalty stiffness per area (N/m3), negative for a rigid part
   double half_xi, half_eta;    ///< reference distances from the middle to the edges
   double depth_max;            ///< a node deeper than this is let through
+  bool outer;                  ///< a free surface, not the border to DEs: see surface_forces()
   bool rim[4];    ///< edges at xi = 1, -1, eta = 1, -1: the surface ends there or bends sharply
 };
 
@@ -111,6 +112,9 @@ struct SurfaceResult {
   std::vector<LetThrough> inherited;    ///< contacts that began with an overlap, and their energy
 };
 
+/// A face that a conversion has bared meets only balls whose centre is over it: the others are on the DEs in
+/// front of it or on the faces round its edges, and may have reached into it before it was bared.
+///
 /// Adds forces to f and torque. `energy_of`: if not null, gets the energy of each point and then of each
 /// ball of the tables, and nothing else is done: no forces, histories as they are.
 SurfaceResult surface_forces(const SurfaceTables &, const SurfaceArrays &, ContactMemory &,
