@@ -368,7 +368,7 @@ BallForce ball_on_facet(const Vec3 &centre, double R, const FacetPlane &facet, d
                                        0.467913934572691, 0.360761573048139, 0.171324492379170};
   BallForce result;
   result.xi = result.eta = 0.0;
-  for (double &q : result.quarter) q = 0.0;
+  for (int q = 0; q < 4; ++q) result.quarter[q] = result.quarter_push[q] = 0.0;
   const LocalPoint c = local_point(facet, centre);
   if (c.h >= R || c.h <= 0.0) return result;
 
@@ -400,8 +400,10 @@ BallForce ball_on_facet(const Vec3 &centre, double R, const FacetPlane &facet, d
       const double s = scale * weight[p] * weight[q];
       const double e = 0.5 * s * g * g;
       result.energy += e;
-      result.quarter[eta < 0.0 ? (xi < 0.0 ? 0 : 1) : (xi < 0.0 ? 3 : 2)] += e;
+      const int quarter = eta < 0.0 ? (xi < 0.0 ? 0 : 1) : (xi < 0.0 ? 3 : 2);
+      result.quarter[quarter] += e;
       const Vec3 f = s * g / distance * off;
+      result.quarter_push[quarter] -= f.dot(facet.normal);
       total += f;
       by_xi += xi * f;
       by_eta += eta * f;

@@ -100,10 +100,11 @@ struct DefeTouch : defe::ContactHistory {
 struct SphereTouch {
   tagint other;       // ID of the other one
   double shear[3];    // tangential displacement, of this one against the other
-  // with a ball:
+  // with a ball
   double offset;    // overlap that pushes nothing
   double
       inherit;    // energy that a DE takes over from its element, at its first evaluation; else -1
+  double push;    // force that goes with it
 };
 
 /** All contacts of an atom; only some have any. */

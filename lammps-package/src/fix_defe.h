@@ -377,7 +377,7 @@ class FixDefe : public Fix {
   void tell_neighbours(std::vector<Converting> &&);
   struct BallShare {
     tagint element, node, ball;
-    double energy;
+    double energy, push;
   };
   void ball_shares(const std::unordered_map<tagint, const Converting *> &,
                    std::vector<BallShare> &);

@@ -986,7 +986,8 @@ void FixDefe::ball_shares(const std::unordered_map<tagint, const Converting *> &
                             surface.planes[pair.facet], facet.k_area, facet.area, force, load);
     for (int q = 0; q < 4; q++)
       if (r.quarter[q] > 0.0)
-        shares.push_back({element, atom->tag[facet.node[q]], atom->tag[pair.atom], r.quarter[q]});
+        shares.push_back({element, atom->tag[facet.node[q]], atom->tag[pair.atom], r.quarter[q],
+                          r.quarter_push[q]});
   }
   // several faces of one DE may have met the same ball
   std::sort(shares.begin(), shares.end(), [](const BallShare &a, const BallShare &b) {

@@ -487,7 +487,7 @@ void FixDefe::convert_marked()
     set_reference(i, ref);
     de[i] = std::make_unique<DERecord>(b.record);
     touch_at(i).fresh = true;
-    const BallShare first{b.record.element, b.node, 0, 0.0};
+    const BallShare first{b.record.element, b.node, 0, 0.0, 0.0};
     auto share = std::lower_bound(
         from_balls.begin(), from_balls.end(), first, [](const BallShare &p, const BallShare &q) {
           return p.element != q.element ? p.element < q.element : p.node < q.node;
@@ -496,10 +496,10 @@ void FixDefe::convert_marked()
          share != from_balls.end() && share->element == first.element && share->node == first.node;
          ++share) {
       auto &list = touch_at(i).spheres;
-      if (!list.empty() && list.back().other == share->ball)
-        list.back().inherit += share->energy;
-      else
-        list.push_back({share->ball, {0.0, 0.0, 0.0}, 0.0, share->energy});
+      if (list.empty() || list.back().other != share->ball)
+        list.push_back({share->ball, {0.0, 0.0, 0.0}, 0.0, 0.0, 0.0});
+      list.back().inherit += share->energy;
+      list.back().push += share->push;
     }
   }
   // a DE may be born up to 3/4 of an element outside the sub-domain of its element, and LAMMPS'

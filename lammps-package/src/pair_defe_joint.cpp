@@ -1080,7 +1080,9 @@ void PairDefeJoint::contact_with_ball(int i, int j)
       atom->rmass[i] * atom->rmass[j] / (atom->rmass[i] + atom->rmass[j]), dt, history, par);
   r.stored += push.energy - 0.5 * push.force * deep;
   if (inherits) {
-    fix->ledger.conv_strain -= push.energy;
+    // the kicks of velocity Verlet belong to the old force up to half-way between the two steps
+    fix->ledger.conv_strain -=
+        push.energy + 0.5 * dt * (push.force - touch->push) * speed.dot(del) / distance;
     touch->inherit = -1.0;
   }
   // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
@@ -1113,7 +1115,7 @@ SphereTouch *PairDefeJoint::find_touch(int i, int j)
 SphereTouch &PairDefeJoint::new_touch(int i, int j)
 {
   auto &list = fix->touch_at(i).spheres;
-  list.push_back({atom->tag[j], {0.0, 0.0, 0.0}, 0.0, -1.0});
+  list.push_back({atom->tag[j], {0.0, 0.0, 0.0}, 0.0, -1.0, 0.0});
   return list.back();
 }
 

@@ -160,9 +160,10 @@ SurfaceForce sphere_force(const SurfaceContact &, double offset, double r, const
 /// pi k_A R d^3/3 for small d = R - h, wherever the ball lands.
 struct BallForce {
   double energy = 0.0;
-  double normal = 0.0;    ///< force along the facet's normal
-  double xi, eta;         ///< centre of pressure
-  double quarter[4];      ///< energy of the quarter at each node
+  double normal = 0.0;       ///< force along the facet's normal
+  double xi, eta;            ///< centre of pressure
+  double quarter[4];         ///< energy of the quarter at each node
+  double quarter_push[4];    ///< and its force along the normal
 };
 /// \param k_area  penalty stiffness per area (N/m3);  \param area  reference area of the facet
 BallForce ball_on_facet(const Vec3 &centre, double R, const FacetPlane &facet, double k_area,
