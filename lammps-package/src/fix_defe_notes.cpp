@@ -432,8 +432,8 @@ void FixDefe::note_bodies()
                     listed(names), names.size() > 2 ? " where they share no nodes" : ""));
   for (size_t p = 0; p < nparts; p++)
     if (sum[2 * p] > 1 && !material_of(parts[p]).rigid())
-      say(fmt::format("{} bodies of part {} have no contact: they pass through each other; give "
-                      "them parts of their own and add 'contact 0.2' to fix defe",
+      say(fmt::format("{} bodies of part {} have no contact: they pass through each other; add "
+                      "'contact 0.2' to fix defe",
                       sum[2 * p], parts[p].name));
 
   bigint balls = 0, all_balls = 0;
@@ -448,8 +448,8 @@ void FixDefe::note_bodies()
 
 /* ----------------------------------------------------------------------
    nodes on the surface of deformable elements that are at the place of others: parts were meshed one
-   by one, and nothing joins them. Against a rigid part this is how a contact begins; between two
-   others as well, if there is contact of surfaces and their meshes do not fit
+   by one, and nothing joins them. Against a rigid part this is how a contact begins; between others
+   as well, if there is contact of surfaces and their faces do not fit
 ------------------------------------------------------------------------- */
 
 void FixDefe::note_untied()
@@ -495,7 +495,7 @@ void FixDefe::note_untied()
   }
   for (const auto &entry : found) {
     const Found &f = entry.second;
-    const bool one = f.count == 1, same = f.on == f.part, contact = contact_factor > 0.0 && !same;
+    const bool one = f.count == 1, same = f.on == f.part, contact = contact_factor > 0.0;
     if (contact && !matching.count(entry.first)) continue;
     double x[3];
     for (int d = 0; d < 3; d++)    // no rounding errors of zero

@@ -146,8 +146,8 @@ TEST(NoContact, BodyThatCrossesRanksManyTimes)
   EXPECT_EQ(parts(read_mesh("snake.data")), Notes());
   snake(4 + 9 * 4).write("cut.data");    // the middle of the third row
   EXPECT_EQ(parts(read_mesh("cut.data")),
-            Notes{"2 bodies of part glass have no contact: they pass through each other; give them "
-                  "parts of their own and add 'contact 0.2' to fix defe"});
+            Notes{"2 bodies of part glass have no contact: they pass through each other; add "
+                  "'contact 0.2' to fix defe"});
 }
 
 TEST(NoContact, Spheres)
@@ -203,6 +203,20 @@ TEST(Untied, OnePart)
             Notes{"22 nodes of part glass lie on other ones of the same part and are not joined "
                   "(node 19 on node 3 at 0 -0.004 0): they come apart; to bond them, let the "
                   "elements share these nodes (tools/mesh2data --merge)"});
+}
+
+TEST(Untied, OnePartInContact)
+{
+  const std::string block = "create_hexes fe glass 1 x -0.004 2 0 y 0 2 0.004 z 0 1 0.002\n";
+  EXPECT_EQ(
+      parts(block + "create_hexes fe glass 1 x 0 2 0.004 y 0 2 0.004 z 0 1 0.002\n", "contact 0.2"),
+      Notes{"6 nodes of part glass lie on other ones of the same part and are not joined "
+            "(node 19 on node 3 at 0 0 0): they meet by contact only; to bond them, let the "
+            "elements share these nodes (tools/mesh2data --merge)"});
+  EXPECT_EQ(
+      parts(block + "create_hexes fe glass 1 x 0 2 0.004 y 0 3 0.004 z 0 1 0.003\n", "contact 0.2"),
+      Notes())
+      << "no face fits";
 }
 
 /// Both ends of a bar that fills a periodic box are at one place.
