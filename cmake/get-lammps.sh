@@ -153,7 +153,7 @@ if [[ ! -f $stamp ]] || ((own_tree)); then
   if [[ ! -f $stamp ]]; then
     rm -rf "$base"
     mkdir -p "$build"
-    say "building LAMMPS $version once, in $base (a few minutes)"
+    say "building LAMMPS $version once, in $base (some 7 minutes of processor time, $jobs at a time)"
     printf '%s\n' "${key[@]}" >"$base/key.txt"
     generator=()
     if command -v ninja >/dev/null; then generator=(-G Ninja); fi
@@ -167,11 +167,7 @@ if [[ ! -f $stamp ]] || ((own_tree)); then
   fi
   # One line of progress per tenth of the build, the rest into the log.
   cmake --build "$build" --parallel "$jobs" 2>&1 </dev/null | tee -a "$log" |
-    awk 'match($0, /^\[ *[0-9]+(\/[0-9]+|%)\]/) {
-           s = substr($0, 2, RLENGTH - 2); n = split(s, a, "/")
-           p = n == 2 ? int(10 * a[1] / a[2]) : int(s / 10)
-           if (p > last) { printf "DEFE:   LAMMPS %d %%\n", 10 * p; fflush(); last = p }
-         }' >&2 || {
+    awk -v what=LAMMPS -f "$here/progress.awk" >&2 || {
     grep -E -A 5 'error|FAILED' "$log" | tail -n 30 >&2
     die "LAMMPS cannot be built; the whole log is $log"
   }

@@ -27,6 +27,7 @@ defe_build "$preset" -- -D DEFE_TESTS=ON -D "DEFE_SLOW_TESTS=$slow"
 build=$DEFE_ROOT/build/$preset
 jobs=$(defe_cores)
 code=0
+echo "DEFE: running the tests, $jobs processes at a time" >&2
 ctest --test-dir "$build" --output-on-failure --no-tests=error -j "$jobs" "${ctest_args[@]}" 2>&1 |
   tee "$build/ctest.log" |
   awk -v head=1000 -v tail=150 -v log_name="build/$preset/ctest.log" '

@@ -10,35 +10,49 @@ defe_cores() {
 }
 
 # defe_build PRESET [target] -- [cmake options]: configures and builds into build/PRESET.
-# Quiet: everything goes into a log, of which a failure shows the end.
+# Says what it does and how far it is; everything else goes into a log, of which a failure shows the end.
 defe_build() {
-  local preset=$1 target=() log jobs
+  local preset=$1 target=() what log jobs start
   shift
+  what='plugin and tests'
   if [[ $1 != -- ]]; then
     target=(--target "$1")
+    what=$1
     shift
   fi
   shift
+  if [[ $what == defeplugin ]]; then what=plugin; fi
   mkdir -p "$DEFE_ROOT/build/$preset"
   log=$DEFE_ROOT/build/$preset/build.log
   jobs=$(defe_cores)
+  start=$SECONDS
 
   local generator=()
   # An existing build keeps its generator.
   if [[ ! -f $DEFE_ROOT/build/$preset/CMakeCache.txt ]] && command -v ninja >/dev/null; then generator=(-G Ninja); fi
-  echo "DEFE: building in build/$preset" >&2
+  echo "DEFE: configuring build/$preset" >&2
   # The progress of building LAMMPS comes on stderr in lines that begin with DEFE: they are shown.
-  if ! (cd "$DEFE_ROOT" && cmake --preset "$preset" "${generator[@]}" "$@") </dev/null 2>&1 |
-    tee "$log" | { grep --line-buffered '^DEFE:' || true; } >&2; then
+  if ! (
+    set -o pipefail
+    cd "$DEFE_ROOT"
+    cmake --preset "$preset" "${generator[@]}" "$@" </dev/null 2>&1 |
+      tee "$log" | { grep --line-buffered '^DEFE:' || true; } >&2
+  ); then
     tail -n 40 "$log" >&2
     echo "DEFE: configuring failed; the whole log is build/$preset/build.log" >&2
     return 1
   fi
-  if ! cmake --build "$DEFE_ROOT/build/$preset" --parallel "$jobs" "${target[@]}" >>"$log" 2>&1 </dev/null; then
+  echo "DEFE: building $what in build/$preset, $jobs files at a time" >&2
+  if ! (
+    set -o pipefail
+    cmake --build "$DEFE_ROOT/build/$preset" --parallel "$jobs" "${target[@]}" 2>&1 </dev/null |
+      tee -a "$log" | awk -v what="$what" -f "$DEFE_ROOT/cmake/progress.awk" >&2
+  ); then
     { grep -E -A 8 'error:|FAILED:|undefined reference|\*\*\*' "$log" || tail -n 40 "$log"; } | head -n 120 >&2
     echo "DEFE: the build failed; the whole log is build/$preset/build.log" >&2
     return 1
   fi
+  echo "DEFE: built in $((SECONDS - start)) s" >&2
   grep -E 'warning:' "$log" | sort -u | head -n 20 >&2 || true
 }
 

@@ -3,7 +3,7 @@
 # which explains the DEFE_ variables:
 #   examples/run.sh curved_pane [ball | elastic] [-np N] [LAMMPS options...]
 # variants: ball elastic
-# DEFE_MESH holds options for mesh.py, such as "--size 3 --size-middle 1".
+# DEFE_MESH holds options for mesh.py, such as "--size 3 --size-middle 1", or is a mesh that is there: FILE.msh.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
@@ -19,8 +19,12 @@ esac
 out=output/$variant
 fresh "$out"
 ../../tools/install-deps.sh meshes
-read -ra options <<<"${DEFE_MESH:-}"
-./mesh.py "$out/mesh.msh" "${options[@]}"
+if [[ ${DEFE_MESH:-} == *.msh ]]; then
+  cp "$DEFE_MESH" "$out/mesh.msh"
+else
+  read -ra options <<<"${DEFE_MESH:-}"
+  ./mesh.py "$out/mesh.msh" "${options[@]}"
+fi
 ../../tools/mesh2data "$out/mesh.msh" "$out/mesh.data" --scale 1e-3
 simulate "$script" "$out" "$@"
 if [[ $variant == ball ]]; then "$DEFE_PYTHON" analyse.py "$out"; fi

@@ -224,6 +224,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 
     } else if (key == "contact") {
       need(2, "contact");
+      contact_given = true;
       contact_factor = utils::numeric(FLERR, arg[iarg + 1], false, lmp);
       if (!(contact_factor >= 0.0))
         error->all(FLERR, "Fix defe contact factor must be >= 0, not {}", arg[iarg + 1]);
@@ -468,6 +469,7 @@ void FixDefe::init()
     error->warning(FLERR, "Time step {} is above the safe step of the discrete elements {:.6g}",
                    update->dt, dt_discrete);
 
+  say_notes();
   vector_step = -1;
 }
 
@@ -1820,6 +1822,7 @@ void FixDefe::restart(char *buf)
   last_born = g.last_born;
   lots_moved = g.lots_moved;
   start_done = g.start_done;
+  notes_due = !start_done;
   hexes_per_node = g.hexes_per_node;
   dt_finite = g.dt_finite;
   dt_discrete = g.dt_discrete;

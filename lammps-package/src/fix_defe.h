@@ -458,6 +458,16 @@ class FixDefe : public Fix {
 
   std::string describe_part(const Part &) const;
 
+  // ---- notes at the first run ----
+  bool notes_due = false;        // the mesh was made or has grown since the last run
+  bool contact_given = false;    // the keyword, also with 0
+  std::vector<std::string> notes_said;
+  void say_notes();
+  void say(const std::string &note);
+  void note_strengths();
+  void note_bodies();
+  void note_untied();
+
   // ---- checks ----
   void check_records(const char *when);
   void check_masses();

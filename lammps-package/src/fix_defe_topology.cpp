@@ -127,6 +127,7 @@ void FixDefe::build_topology()
   require_hex_section();
   if (!dirty) return;
   mesh_dirty = false;
+  notes_due = true;
   if (des_total > 0) error->all(FLERR, "Fix defe: all meshes must be made before elements convert");
 
   Mesh mesh;

@@ -54,6 +54,12 @@ class PairDefeJoint : public Pair {
   /** Of slot s of DE d in FixDefe::jt; of a cohesive joint, d is the DE of the lower ID. */
   JointView view(int d, int s) const;
 
+  /** Strength of the joints between DEs of this type (pair_coeff ... cohesive). */
+  double joint_strength(int type) const
+  {
+    return coeffs[type * (atom_types + 1) + type].cohesive.sigma_t;
+  }
+
  protected:
   bool with_connective = true, with_cohesive = true, with_contact = true;
 

@@ -5,6 +5,9 @@
 // any of these theories. Half of it is meshed, one element wide and in plane strain; the motion is
 // damped until it rests.
 //
+// 14 s of processor time: the soft interlayer makes the slowest mode slow against the time step of
+// the glass, and it has to come to rest.
+//
 // ranks: 1
 // timeout: 300
 

@@ -1,6 +1,7 @@
 """Meshes for the tests of mesh2data, and what reads its results."""
 
 import contextlib
+import gzip
 import importlib.machinery
 import importlib.util
 import io
@@ -154,6 +155,13 @@ class Case(unittest.TestCase):
         self.assertEqual([p.name for p in self.folder.glob("refused*")], [])
 
 
+def ready_mesh(name, folder):
+    """A mesh of tests/meshes, unpacked: Gmsh itself makes another one on another processor."""
+    path = Path(folder) / f"{name}.msh"
+    path.write_bytes(gzip.decompress((SOURCE / "tests" / "meshes" / f"{name}.msh.gz").read_bytes()))
+    return path
+
+
 def environment(name):
     value = os.environ.get(name)
     if not value:
@@ -161,4 +169,5 @@ def environment(name):
     return value
 
 
-__all__ = ["Case", "Data", "SOURCE", "TOOL", "block", "environment", "inp", "mesh2data", "meshio", "np", "turned"]
+__all__ = ["Case", "Data", "SOURCE", "TOOL", "block", "environment", "inp", "mesh2data", "meshio", "np", "ready_mesh",
+           "turned"]

@@ -8,7 +8,9 @@ import subprocess
 import unittest
 from pathlib import Path
 
-from meshes import Case, SOURCE, block, environment, inp, np
+from meshes import Case, SOURCE, block, environment, inp, np, ready_mesh
+
+MESHES = ["pane_3190", "pane_3195"]  # of tests/meshes: Gmsh on two processors
 
 HEAD = """
 units           si
@@ -123,23 +125,28 @@ class Lammps(Case):
         self.assertIn("ERROR: group pvb needs 24 nodes of out.data, there are 0: read it first", self.output)
 
     def test_elastic_pane(self):
-        """The mesh of the example curved_pane, coarser, struck by a block: energy is kept, on any number of ranks."""
-        example = SOURCE / "examples" / "curved_pane"
-        subprocess.run([example / "mesh.py", self.folder / "pane.msh", "--size", "4"], check=True, stdout=subprocess.DEVNULL)
-        self.convert(self.folder / "pane.msh", "--scale", "1e-3", out="pane.data")
+        """The mesh of the example curved_pane, coarser, struck by a block: energy is kept, on any number of ranks.
+
+        Most of this file's 20 s of processor time: 625 steps of 3200 hexahedra until the block has turned back, on two
+        meshes, by one rank and by two."""
+        for mesh in MESHES:
+            with self.subTest(mesh=mesh):
+                self.elastic_pane(mesh)
+
+    def elastic_pane(self, mesh):
+        self.convert(ready_mesh(mesh, self.folder), "--scale", "1e-3", out="pane.data")
         last = []
         for ranks in 1, 2:
-            good, _ = self.lammps(ranks, example / "in.elastic", "-var", "mesh", "pane.data", "-var", "out", ".", "-var", "end", "5e-5",
-                                  "-var", "pictures", "no")
+            good, _ = self.lammps(ranks, SOURCE / "examples" / "curved_pane" / "in.elastic", "-var", "mesh", "pane.data",
+                                  "-var", "out", ".", "-var", "end", "5e-5", "-var", "pictures", "no")
             self.assertTrue(good, self.output[-3000:])
             rows = np.loadtxt(self.folder / "energies.txt")
             shutil.move(self.folder / "energies.txt", self.folder / f"energies.{ranks}.txt")
             strain, contact, kinetic, total, height, middle = rows[:, 2:8].T
             self.assertAlmostEqual(kinetic[0] / (0.5 * 7850e-6 * 5.0**2), 1.0, delta=1e-9)
-            # A point that goes from one facet of the block to the next loses a little, at any time step:
-            # 1.7e-4 in all.
+            # 1.4e-5 and 1.1e-5 are lost on the two meshes
             self.assertLess((total / total[0] - 1).max(), 1e-5)
-            self.assertGreater((total / total[0] - 1).min(), -3e-4)
+            self.assertGreater((total / total[0] - 1).min(), -1e-4)
             self.assertGreater(strain.max(), 0.3 * total[0])
             self.assertGreater(contact.max(), 0.0)
             self.assertLess(middle[-1], middle[0] - 5e-5)
