@@ -1460,6 +1460,7 @@ void FixDefe::set_reference(int i, const double *x)
 void FixDefe::add_hex(int i, tagint hexid, int part, const tagint *nodes)
 {
   HexRecord h;
+  memset(static_cast<void *>(static_cast<HexPod *>(&h)), 0, sizeof(HexPod));    // gaps, too
   h.id = hexid;
   h.part = part;
   for (int a = 0; a < 8; a++) h.node[a] = nodes[a];
