@@ -1,5 +1,6 @@
 // Restart files with flipped bits, cut short, or put together of two runs: refused in one line on all
-// ranks before they do harm, whoever wrote them and whoever reads them.
+// ranks before they do harm, whoever wrote them and whoever reads them. Some hundred files are read,
+// each by a LAMMPS of its own: on two and four ranks that can take more than 20 s.
 //
 // timeout: 300
 
