@@ -17,6 +17,9 @@
 
 namespace LAMMPS_NS {
 
+/** Of restart files; another one whenever what DEFE writes into them changes. */
+constexpr char RESTART_FORMAT[8] = "DEFE 4";
+
 /** What travels with an element: it is kept by the atom that is its first node. */
 struct HexPod {
   tagint id;
@@ -98,7 +101,7 @@ struct DefeTouch : defe::ContactHistory {
 
 /** Contact of two spheres, as one of them sees it; of a DE and a ball only the DE. Plain data. */
 struct SphereTouch {
-  tagint other;       // ID of the other one
+  bigint other;       // ID of the other one; no gap behind it, which would go into files unset
   double shear[3];    // tangential displacement, of this one against the other
   // with a ball
   double offset;    // overlap that pushes nothing

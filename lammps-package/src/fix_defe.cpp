@@ -72,7 +72,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 
   restart_peratom = 1;
   restart_global = 1;
-  restart_file = 1;    // none of its own: it looks at what was written
+  restart_file = 1;    // none of its own: it looks at what was written, and seals it
   create_attribute = 1;
   force_reneighbor = 1;
   next_reneighbor = -1;
@@ -340,6 +340,7 @@ FixDefe::~FixDefe()
 
 int FixDefe::setmask()
 {
+  check_restart();    // the last that LAMMPS asks of a new fix
   return INITIAL_INTEGRATE | POST_INTEGRATE | PRE_EXCHANGE | PRE_NEIGHBOR | PRE_REVERSE |
       POST_FORCE | END_OF_STEP | POST_RUN | MIN_PRE_EXCHANGE | MIN_PRE_NEIGHBOR | MIN_PRE_REVERSE;
 }
@@ -1461,6 +1462,7 @@ void FixDefe::set_reference(int i, const double *x)
 void FixDefe::add_hex(int i, tagint hexid, int part, const tagint *nodes)
 {
   HexRecord h;
+  memset(static_cast<void *>(static_cast<HexPod *>(&h)), 0, sizeof(HexPod));    // gaps, too
   h.id = hexid;
   h.part = part;
   for (int a = 0; a < 8; a++) h.node[a] = nodes[a];
@@ -1618,218 +1620,6 @@ void FixDefe::update_maxexchange()
 
   maxexchange = RECORD_SIZE + DE_SIZE + touches +
       hexes_per_node * (HEX_SIZE + 2 + 4 * MAX_SHIELDS + history_most);
-}
-
-/* ----------------------------------------------------------------------
-   restart: the same record with each atom, the cumulative energies once
-------------------------------------------------------------------------- */
-
-int FixDefe::pack_restart(int i, double *buf)
-{
-  // the step tells files of different restarts apart, of which a set may be left by a run that was
-  // killed
-  int m = pack_record(i, buf);
-  buf[m++] = ubuf(update->ntimestep).d;
-  buf[0] = m;    // as LAMMPS wants it
-  return m;
-}
-
-void FixDefe::unpack_restart(int i, int nth)
-{
-  double **extra = atom->extra;
-  int m = 0;
-  for (int k = 0; k < nth; k++) m += static_cast<int>(extra[i][m]);
-  m += unpack_record(i, &extra[i][m]);
-  const auto step = static_cast<bigint>(ubuf(extra[i][m]).i);
-  if (step != restart_step)
-    error->one(FLERR,
-               "Restart files do not belong together: atom {} is of step {}, the base file of step "
-               "{}; use an older set of files",
-               atom->tag[i], step, restart_step);
-}
-
-int FixDefe::size_restart(int i)
-{
-  return record_size(i) + 1;
-}
-
-int FixDefe::maxsize_restart()
-{
-  return restart_maxsize;
-}
-
-namespace {
-// of restart files; another one whenever what is in a record changes
-constexpr char FORMAT[8] = "DEFE 3";
-
-struct GlobalState {
-  char format[8];
-  double ledger[8];
-  bigint des_total, hexes_total, conversions_total;
-  tagint de_base, last_element, last_id, last_born;
-  int lots_moved, start_done, hexes_per_node;
-  double dt_finite, dt_discrete, max_diagonal, max_facet, first_conversion, first_damage;
-  bigint nodes_total, des_gone, kept_step, kept_natoms;
-  bigint step, events_written;
-  int fe_every, fe_clock;
-  double since_history, mass_total, mass_gone, max_step_length;
-};
-}    // namespace
-
-std::string FixDefe::describe_part(const Part &p) const
-{
-  return p.name + ": " + material_of(p).words +
-      (p.convertible ? ", DEs of type " + std::to_string(p.type) : "");
-}
-
-void FixDefe::write_restart(FILE *fp)
-{
-  flush_events();    // else those up to here would be missing when the run is killed later
-
-  double mine[8] = {ledger.fracture,    ledger.release,      ledger.damping,  ledger.friction,
-                    ledger.conv_strain, ledger.conv_kinetic, ledger.external, ledger.viscous};
-  GlobalState g;
-  memcpy(g.format, FORMAT, sizeof(FORMAT));
-
-  // asked of rank 0 alone, after this
-
-  int largest = RECORD_SIZE + DE_SIZE;
-  for (int i = 0; i < atom->nlocal; i++) largest = MAX(largest, record_size(i));
-  MPI_Allreduce(&largest, &restart_maxsize, 1, MPI_INT, MPI_MAX, world);
-  restart_maxsize++;    // the step
-
-  MPI_Reduce(mine, g.ledger, 8, MPI_DOUBLE, MPI_SUM, 0, world);
-  MPI_Reduce(&mass_gone, &g.mass_gone, 1, MPI_DOUBLE, MPI_SUM, 0, world);
-  MPI_Reduce(&des_gone, &g.des_gone, 1, MPI_LMP_BIGINT, MPI_SUM, 0, world);
-  g.nodes_total = nodes_total;
-  g.mass_total = mass_total;
-  g.max_step_length = max_step_length;
-  g.fe_every = fe_every;
-  g.fe_clock = fe_clock;
-  g.since_history = since_history;
-  g.kept_step = kept_step;
-  g.step = update->ntimestep;
-  g.events_written = events_written;
-  g.kept_natoms = kept_natoms;
-  g.des_total = des_total;
-  g.hexes_total = hexes_total;
-  g.conversions_total = conversions_total;
-  double first[2] = {first_conversion, first_damage}, both[2];
-  for (auto &t : first)
-    if (t < 0.0) t = HUGE_VAL;
-  MPI_Allreduce(first, both, 2, MPI_DOUBLE, MPI_MIN, world);
-  g.first_conversion = both[0] == HUGE_VAL ? -1.0 : both[0];
-  g.first_damage = both[1] == HUGE_VAL ? -1.0 : both[1];
-  g.de_base = de_base;
-  g.last_element = last_element;
-  g.last_id = last_id;
-  g.last_born = last_born;
-  g.lots_moved = lots_moved;
-  g.start_done = start_done;
-  g.hexes_per_node = hexes_per_node;
-  g.dt_finite = dt_finite;
-  g.dt_discrete = dt_discrete;
-  g.max_diagonal = max_diagonal;
-  g.max_facet = max_facet;
-  if (comm->me == 0) {
-    const int nradius = static_cast<int>(de_radius_max.size());
-    const int nparts = static_cast<int>(parts.size());
-    std::string texts;
-    for (const auto &p : parts) texts += describe_part(p) + "\n";
-    const int ntexts = static_cast<int>(texts.size());
-    const int bytes = static_cast<int>(sizeof(GlobalState) + 3 * sizeof(int) +
-                                       (nradius + nparts) * sizeof(double)) +
-        ntexts;
-    fwrite(&bytes, sizeof(int), 1, fp);
-    fwrite(&g, sizeof(GlobalState), 1, fp);
-    fwrite(&nradius, sizeof(int), 1, fp);
-    fwrite(&nparts, sizeof(int), 1, fp);
-    fwrite(de_radius_max.data(), sizeof(double), nradius, fp);
-    for (const auto &p : parts) fwrite(&p.shield_time, sizeof(double), 1, fp);
-    fwrite(&ntexts, sizeof(int), 1, fp);
-    fwrite(texts.data(), 1, ntexts, fp);
-  }
-}
-
-void FixDefe::restart(char *buf)
-{
-  GlobalState g;
-  memcpy(static_cast<void *>(&g), buf, sizeof(GlobalState));
-  if (memcmp(g.format, FORMAT, sizeof(FORMAT)) != 0)
-    error->all(FLERR,
-               "The restart file was written by another version of fix defe: go on with that "
-               "version, or begin anew");
-  buf += sizeof(GlobalState);
-  int nradius, nparts;
-  memcpy(&nradius, buf, sizeof(int));
-  memcpy(&nparts, buf + sizeof(int), sizeof(int));
-  buf += 2 * sizeof(int);
-  if (nradius != static_cast<int>(de_radius_max.size()) || nparts != static_cast<int>(parts.size()))
-    error->all(FLERR,
-               "Fix defe in the restart file had {} parts and {} atom types, now {} and {}: give "
-               "the same fix defe command as before",
-               nparts, nradius - 1, parts.size(), de_radius_max.size() - 1);
-  memcpy(de_radius_max.data(), buf, nradius * sizeof(double));
-  buf += nradius * sizeof(double);
-  for (auto &p : parts) {
-    memcpy(&p.shield_time, buf, sizeof(double));
-    buf += sizeof(double);
-  }
-  int ntexts;
-  memcpy(&ntexts, buf, sizeof(int));
-  const auto texts = utils::split_lines(std::string(buf + sizeof(int), ntexts));
-  for (int p = 0; p < nparts; p++)
-    if (texts[p] != describe_part(parts[p]))
-      error->all(FLERR,
-                 "Fix defe part {} was '{}' in the restart file and is '{}' now: give the same "
-                 "materials and parts in the same order",
-                 p + 1, texts[p], describe_part(parts[p]));
-  if (comm->me == 0) {
-    ledger.fracture = g.ledger[0];
-    ledger.release = g.ledger[1];
-    ledger.damping = g.ledger[2];
-    ledger.friction = g.ledger[3];
-    ledger.conv_strain = g.ledger[4];
-    ledger.conv_kinetic = g.ledger[5];
-    ledger.external = g.ledger[6];
-    ledger.viscous = g.ledger[7];
-    mass_gone = g.mass_gone;
-    des_gone = g.des_gone;
-  }
-  if (g.fe_clock != 0 && g.fe_every != fe_every)
-    error->all(
-        FLERR,
-        "Fix defe in the restart file had every {}, now every {}: change it only at a step at "
-        "which both clocks meet (a multiple of {})",
-        g.fe_every, fe_every, g.fe_every);
-  fe_clock = g.fe_clock;
-  since_history = g.since_history;
-  nodes_total = g.nodes_total;
-  mass_total = g.mass_total;
-  max_step_length = g.max_step_length;
-  kept_step = g.kept_step;
-  restart_step = last_step = g.step;
-  events_written = g.events_written;
-  kept_natoms = g.kept_natoms;
-  des_total = g.des_total;
-  hexes_total = g.hexes_total;
-  conversions_total = g.conversions_total;
-  first_conversion = g.first_conversion;
-  first_damage = g.first_damage;
-  de_base = g.de_base;
-  last_element = g.last_element;
-  last_id = g.last_id;
-  last_born = g.last_born;
-  lots_moved = g.lots_moved;
-  start_done = g.start_done;
-  notes_due = !start_done;
-  hexes_per_node = g.hexes_per_node;
-  dt_finite = g.dt_finite;
-  dt_discrete = g.dt_discrete;
-  max_diagonal = g.max_diagonal;
-  max_facet = g.max_facet;
-  mesh_dirty = false;
-  events_continued = true;    // go on with the file
 }
 
 /* ----------------------------------------------------------------------

@@ -23,6 +23,7 @@ FixStyle(defe,FixDefe);
 #include "defe/fe/material_law.h"
 
 #include <array>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
@@ -487,8 +488,20 @@ class FixDefe : public Fix {
   void keep_motion();
   void continue_with_kept_forces();
 
+  // ---- restart files: see fix_defe_restart.cpp ----
   int restart_maxsize = 0;    // of the record of any atom on any rank
-  int history_most = 0;       // doubles of material history that an element has
+  struct RestartCheck {
+    bool unread = false;    // a file was read, and check_restart() is to come
+    bigint records_of_file = 0;
+    uint64_t sum_of_file = 0;
+    bigint records = 0, damaged = 0, other_steps = 0, other_step = -1;    // this rank
+    uint64_t sum = 0;
+    tagint first = 0;    // of the damaged ones
+  } restart_check;
+  uint64_t restart_checksum(int i, const double *record, int n) const;
+  void check_restart();
+
+  int history_most = 0;    // doubles of material history that an element has
   int local_of(tagint) const;
   /** The eight DEs of an element have the IDs of one lot: that with the number of the element, as
       long as no other atoms have come; see deal_lots(). */

@@ -12,7 +12,6 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
-#include "lmprestart.h"
 #include "update.h"
 
 #include "defe/fe/principal.h"
@@ -264,44 +263,6 @@ void FixDefe::continue_events()
   if (failed || rename(shorter.c_str(), event_file.c_str()))
     error->one(FLERR, "Fix defe cannot write its event file {}: {}", event_file,
                utils::getsyserror());
-}
-
-/* ----------------------------------------------------------------------
-   LAMMPS looks for errors before it closes a restart file, when its end may not yet be on the
-   disk: look at the end itself
-------------------------------------------------------------------------- */
-
-void FixDefe::write_restart_file(const char *name)
-{
-  std::string incomplete;
-  if (comm->me == 0) {
-    std::vector<std::string> files{name};
-    const auto percent = files[0].find('%');
-    if (percent != std::string::npos) {
-      const std::string pattern = files[0];
-      files[0].replace(percent, 1, "base");
-      for (int p = 0; p < comm->nprocs; p++) {
-        files.push_back(pattern);
-        files.back().replace(percent, 1, std::to_string(p));
-      }
-    }
-    static constexpr char magic[] = MAGIC_STRING;
-    for (const auto &file : files) {
-      FILE *fp = fopen(file.c_str(), "rb");
-      if (!fp && file != files[0]) continue;    // fewer files than processors
-      char end[sizeof(magic)] = "";
-      const bool good = fp && fseek(fp, -static_cast<long>(sizeof(magic)), SEEK_END) == 0 &&
-          fread(end, 1, sizeof(magic), fp) == sizeof(magic) && !memcmp(end, magic, sizeof(magic));
-      if (fp) fclose(fp);
-      if (!good) incomplete = file;
-    }
-  }
-  int n = static_cast<int>(incomplete.size());
-  MPI_Bcast(&n, 1, MPI_INT, 0, world);
-  if (n == 0) return;
-  incomplete.resize(n);
-  MPI_Bcast(&incomplete[0], n, MPI_CHAR, 0, world);
-  error->all(FLERR, "Restart file {} is incomplete: is the disk full?", incomplete);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -13,6 +13,8 @@
 
 #include "pair_defe_joint.h"
 
+#include "defe_restart_file.h"
+
 #include "cells.h"
 #include "fix_defe.h"
 
@@ -1169,6 +1171,7 @@ void PairDefeJoint::unpack_forward_comm(int n, int first, double *buf)
 
 void PairDefeJoint::write_restart(FILE *fp)
 {
+  write_restart_settings(fp);
   const int n = atom_types;
   fwrite(&n, sizeof(int), 1, fp);
   fwrite(coeffs.data(), sizeof(Coeff), coeffs.size(), fp);
@@ -1176,6 +1179,7 @@ void PairDefeJoint::write_restart(FILE *fp)
 
 void PairDefeJoint::read_restart(FILE *fp)
 {
+  read_restart_settings(fp);
   allocate();
   int n = 0;
   if (comm->me == 0) utils::sfread(FLERR, &n, sizeof(int), 1, fp, nullptr, error);
@@ -1186,6 +1190,21 @@ void PairDefeJoint::read_restart(FILE *fp)
   if (comm->me == 0)
     utils::sfread(FLERR, coeffs.data(), sizeof(Coeff), coeffs.size(), fp, nullptr, error);
   MPI_Bcast(coeffs.data(), static_cast<int>(coeffs.size() * sizeof(Coeff)), MPI_BYTE, 0, world);
+}
+
+/* ----------------------------------------------------------------------
+   hybrid asks its sub-styles for these alone. It is the first that DEFE sees of a restart
+   file: all of the file is checked here, before more of it is used
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::write_restart_settings(FILE *fp)
+{
+  mark_restart_file(fp);
+}
+
+void PairDefeJoint::read_restart_settings(FILE *fp)
+{
+  check_restart_file(lmp, fp);
 }
 
 double PairDefeJoint::memory_usage()

@@ -36,8 +36,8 @@ class PairDefeJoint : public Pair {
   double init_one(int, int) override;
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;
-  void write_restart_settings(FILE *) override {}
-  void read_restart_settings(FILE *) override {}
+  void write_restart_settings(FILE *) override;
+  void read_restart_settings(FILE *) override;
   int pack_forward_comm(int, int *, double *, int, int *) override;
   void unpack_forward_comm(int, int, double *) override;
   double memory_usage() override;

@@ -5,6 +5,8 @@
 #include "cracking_beam.h"
 #include "mesh_file.h"
 
+#include "defe_records.h"
+
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -629,26 +631,36 @@ TEST(Restart, TwoClocks)
 TEST(Restart, OfAnotherVersion)
 {
   const Block block = cracking_beam();
-  {
+  for (const bool with_pair : {true, false}) {
+    const std::string fix = with_pair ? block.fix_only()
+                                      : "fix fe all defe material glass elastic 74.09e9 0.2 2500\n";
+    {
+      Lammps lmp;
+      lmp.commands(block.header() + block.box() +
+                   (with_pair
+                        ? block.fix()
+                        : "pair_style zero 0.004\npair_coeff * *\ngroup particles empty\n" + fix) +
+                   block.mesh() + block.motion() + "run 0\nwrite_restart version.restart\n");
+    }
+    if (rank_of(MPI_COMM_WORLD) == 0) {
+      std::fstream file("version.restart", std::ios::in | std::ios::out | std::ios::binary);
+      const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+      const auto at = bytes.find(LAMMPS_NS::RESTART_FORMAT);
+      ASSERT_NE(at, std::string::npos);
+      file.seekp(static_cast<std::streamoff>(at));
+      file << "DEFE 1";
+    }
+    MPI_Barrier(MPI_COMM_WORLD);
     Lammps lmp;
-    lmp.commands(block.script() + "run 0\nwrite_restart version.restart\n");
-  }
-  if (rank_of(MPI_COMM_WORLD) == 0) {
-    std::fstream file("version.restart", std::ios::in | std::ios::out | std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-    const auto at = bytes.find("DEFE 3");
-    ASSERT_NE(at, std::string::npos);
-    file.seekp(static_cast<std::streamoff>(at));
-    file << "DEFE 2";
-  }
-  MPI_Barrier(MPI_COMM_WORLD);
-  Lammps lmp;
-  lmp.commands(block.header() + "read_restart version.restart\n");
-  try {
-    lmp.commands(block.fix_only());
-    FAIL();
-  } catch (LAMMPS_NS::LAMMPSException &e) {
-    EXPECT_THAT(e.what(), HasSubstr("another version of fix defe"));
+    try {
+      lmp.commands(block.header() + "read_restart version.restart\n");
+      EXPECT_FALSE(with_pair);    // it comes first
+      lmp.commands(fix);
+      FAIL();
+    } catch (LAMMPS_NS::LAMMPSException &e) {
+      EXPECT_THAT(e.what(),
+                  HasSubstr(with_pair ? "another version of DEFE" : "another version of fix defe"));
+    }
   }
 }
 
