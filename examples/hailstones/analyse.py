@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What examples/hailstones/run.sh makes of a run: summary.json, energies.png, hail.png, a table in log.lammps.
 
-analyse.py FOLDER     mesh.data, events.txt, energies.txt, hail.txt, log.lammps, *.png of one run
+analyse.py FOLDER     mesh.data, events.txt, energies.txt, hail.txt, pieces.dump, log.lammps, *.png of one run
 """
 
 import sys
@@ -11,8 +11,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import laminate
 import results
 
-DENSITY = {"lower": 2500.0, "upper": 2500.0, "inter": 1100.0}
-
 
 def main(folder):
     log = laminate.read_log(folder / "log.lammps")
@@ -20,9 +18,7 @@ def main(folder):
     hail = results.read_energies(folder / "hail.txt")
     mesh = laminate.read_mesh(folder / "mesh.data")
     events = laminate.read_events(folder / "events.txt")
-    pieces = laminate.Pieces(mesh, events, log["nodes"], DENSITY)
-    pieces.check(log["last"])
-    held = pieces.summary("inter")
+    held = laminate.held_together(folder / "pieces.dump", log, True)
     first = lambda *kinds: round(min(times), 3) if (times := [r[1] for r in events if r[2] in kinds]) else None
     s = {
         "hail_speed_m_s": round(-float(hail["vz"][0]), 6),
