@@ -392,7 +392,7 @@ void FixDefe::init()
                  ifix->id, ifix->style, id);
   }
 
-  if (any_convertible) check_bond_fixes();
+  check_bond_fixes(any_convertible);
 
   if (any_convertible && (!force->pair || !force->pair_match("^defe/", 0)))
     error->all(FLERR,

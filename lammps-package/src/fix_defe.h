@@ -477,7 +477,7 @@ class FixDefe : public Fix {
   void watch_speed();
   void stop_exploded();
   void check_integrators();
-  void check_bond_fixes();
+  void check_bond_fixes(bool converting);
   void check_adhesives();
   std::string describe(int i) const;
   double kinetic_energy(int i) const;

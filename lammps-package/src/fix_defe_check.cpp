@@ -438,21 +438,31 @@ void FixDefe::check_integrators()
 /* ----------------------------------------------------------------------
    bonds of bpm styles keep their state by local indices between reneighbourings: it must be put away
    before conversions delete nodes
+   When one breaks, LAMMPS (4Feb2025) looks it up in all neighbour lists, also in the one from which
+   hybrid takes those of its styles: marks of touching pairs, which are cleared in the style's own list
+   only, are taken for parts of atom indices there, and the program crashes.
 ------------------------------------------------------------------------- */
 
-void FixDefe::check_bond_fixes()
+void FixDefe::check_bond_fixes(bool converting)
 {
-  bool after = false;
+  bool after = false, breaking = false, history = false;
+  const char *bonds = force->bond_style ? force->bond_style : "bpm";
   for (const auto *ifix : modify->get_fix_list()) {
     if (ifix == this) after = true;
-    if (!after) continue;
-    if (utils::strmatch(ifix->style, "^BOND_HISTORY$") ||
-        utils::strmatch(ifix->style, "^UPDATE_SPECIAL_BONDS$"))
+    const bool special = utils::strmatch(ifix->style, "^UPDATE_SPECIAL_BONDS$");
+    if (converting && after && (special || utils::strmatch(ifix->style, "^BOND_HISTORY$")))
       error->all(FLERR,
                  "Bond_style {} must be given before fix {} defe: conversions would mix up the "
                  "states of its bonds",
-                 force->bond_style ? force->bond_style : "bpm", id);
+                 bonds, id);
+    breaking = breaking || special;
+    history = history || utils::strmatch(ifix->style, "^NEIGH_HISTORY");
   }
+  if (breaking && history && force->pair_match("^hybrid", 0))
+    error->all(FLERR,
+               "Bond_style {} with bonds that break crashes LAMMPS beside contact histories in "
+               "pair_style hybrid: use granular styles without history, or bonds with 'break no'",
+               bonds);
 }
 
 /* ----------------------------------------------------------------------

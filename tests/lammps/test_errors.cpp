@@ -312,6 +312,19 @@ std::vector<Mistake> of_all_ranks()
                 "create_box 2 box", "create_box 2 box bond/types 1 extra/bond/per/atom 2") +
            "bond_style bpm/spring\nbond_coeff 1 1 1 1\nrun 0",
        {"Bond_style bpm/spring", "before fix fe"}},
+      {"breaking_bonds_beside_contact_history",
+       replaced(replaced(replaced(good(), "atom_style sphere\nnewton off on",
+                                  "atom_style hybrid bond sphere\nnewton on off\n"
+                                  "special_bonds lj 0 1 1 coul 1 1 1"),
+                         "create_box 2 box",
+                         "create_box 2 box bond/types 1 extra/bond/per/atom 2\n"
+                         "bond_style bpm/spring\nbond_coeff 1 1 1 1"),
+                pair,
+                "pair_style hybrid defe/joint gran/hooke/history 1e6 NULL 0 NULL 0 0\n"
+                "pair_coeff 1 * gran/hooke/history\npair_coeff 2 2 defe/joint " +
+                    Block().coeff) +
+           "run 0",
+       {"Bond_style bpm/spring", "contact histories", "without history"}},
 
       // fix defe
       {"fix_without_arguments", front + "fix fe all defe", {"fix defe", "missing argument"}},
