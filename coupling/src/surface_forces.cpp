@@ -182,9 +182,9 @@ namespace {
         const double its = 0.5 * std::min(own.half_xi, own.half_eta);
         if (half > 0.0 && its != half) return false;
         half = its;
-        stiffness +=
-            softer(own.k_area, facet.k_area) * 0.25 * own.area * side_weight(own.area, facet.area);
-        area += 0.25 * own.area;
+        const double share = 0.25 * own.area * side_weight(own.area, facet.area);
+        stiffness += softer(own.k_area, facet.k_area) * share;
+        area += share;
       }
       if (area == 0.0) return true;
       // the middle of a patch is not farther from its node than 0.65 times their reach
