@@ -49,12 +49,31 @@ CohesiveState cohesive_start(double t_n, const Vec3 &t_s, const JointStiffness &
   return {t_n / (t_n > 0.0 ? k.k_n : k.k_c), t_s / k.k_s, s0, s0 / k.k_n};
 }
 
+namespace {
+
+  struct Pull {
+    double t_n;
+    Vec3 t_s;
+    double stored;
+  };
+
+  /// Tractions and stored energy of a state of which this share of the stiffness is left in tension.
+  Pull pull(double e_n, const Vec3 &e_s, double intact, const JointStiffness &k)
+  {
+    const double opening = std::max(e_n, 0.0), closing = std::min(e_n, 0.0);
+    return {intact * k.k_n * opening + k.k_c * closing, intact * k.k_s * e_s,
+            0.5 * intact * (k.k_n * opening * opening + k.k_s * e_s.squaredNorm()) +
+                0.5 * k.k_c * closing * closing};
+  }
+
+}    // namespace
+
 CohesiveResult cohesive_update(CohesiveState &state, double de_n, const Vec3 &de_s,
                                const JointStiffness &k, const CohesiveParameters &p)
 {
   const double kappa0 = state.s0 / k.k_n;
   const double delta_c = 2.0 * p.G_f / state.s0;
-  const double old_e_n = state.e_n;
+  const double old_e_n = state.e_n, old_kappa = state.kappa;
   const Vec3 old_e_s = state.e_s;
 
   state.e_n += de_n;
@@ -85,13 +104,17 @@ CohesiveResult cohesive_update(CohesiveState &state, double de_n, const Vec3 &de
   r.damage = std::min((state.kappa - kappa0) / delta_c, 1.0);
   r.broken = state.kappa >= kappa0 + delta_c;
   if (r.broken) r.damage = 1.0;    // whatever the rounding of the quotient
-  const double intact = kappa0 / state.kappa * (1.0 - r.damage);
-  const double opening = std::max(state.e_n, 0.0);
-  const double closing = std::min(state.e_n, 0.0);
-  r.t_n = intact * k.k_n * opening + k.k_c * closing;
-  r.t_s = intact * k.k_s * state.e_s;
-  r.stored = 0.5 * intact * (k.k_n * opening * opening + k.k_s * state.e_s.squaredNorm()) +
-      0.5 * k.k_c * closing * closing;
+  const double intact_before = old_kappa >= kappa0 + delta_c
+      ? 0.0
+      : kappa0 / old_kappa * (1.0 - (old_kappa - kappa0) / delta_c);
+  const Pull old = pull(old_e_n, old_e_s, intact_before, k);
+  const Pull now_pull = pull(state.e_n, state.e_s, kappa0 / state.kappa * (1.0 - r.damage), k);
+  r.t_n = now_pull.t_n;
+  r.t_s = now_pull.t_s;
+  r.stored = now_pull.stored;
+  r.work_new = r.broken ? 0.0 : 0.5 * (r.t_n * de_n + r.t_s.dot(de_s));
+  r.work = r.work_new + 0.5 * (old.t_n * de_n + old.t_s.dot(de_s));
+  r.excess = r.work - ((r.broken ? 0.0 : r.stored) - old.stored) - dissipated;
   r.dissipated = dissipated;
   return r;
 }

@@ -18,7 +18,7 @@
 namespace LAMMPS_NS {
 
 /** Of restart files; another one whenever what DEFE writes into them changes. */
-constexpr char RESTART_FORMAT[8] = "DEFE 4";
+constexpr char RESTART_FORMAT[8] = "DEFE 5";
 
 /** What travels with an element: it is kept by the atom that is its first node. */
 struct HexPod {
@@ -87,6 +87,7 @@ struct DERecord {
   int newborn;    // 1 until the first force evaluation (energy of conversion)
   tagint lot;     // of its ID, see FixDefe::de_tag()
   JointSlot slot[6];
+  double noted_drop;    // strain energy that its noted joints would have let go a step ago
 
   // at the last step of a run or of a restart file, for a next run that goes on as if there had been
   // no end: damping forces depend on velocities half a step ago, which nobody knows any more

@@ -437,7 +437,6 @@ void PairDefeJoint::criterion()
   double **x = atom->x;
   for (int ds : jt.pending) jt.rec[ds / 6]->slot[ds % 6].pending = 0;
   jt.pending.clear();
-  noted_release = 0.0;
   auto note = [&jt](int ds) {
     jt.rec[ds / 6]->slot[ds % 6].pending = 1;
     jt.pending.push_back(ds);
@@ -461,8 +460,6 @@ void PairDefeJoint::criterion()
       const auto state = defe::cohesive_start(tn, ts, stiffness, par);
       state.pack(slot.cohesive);
       slot.length0 = tie.y.dot(tie.normal) - state.e_n;
-      noted_release -= 0.5 * slot.area *
-          (stiffness.k_n * state.e_n * state.e_n + stiffness.k_s * state.e_s.squaredNorm());
       note(ds);
       continue;
     }
@@ -486,9 +483,6 @@ void PairDefeJoint::criterion()
     const auto state = defe::cohesive_start(an, t - an * along, stiffness, par);
     state.pack(slot.cohesive);
     slot.length0 = length - state.e_n;
-    noted_release -= 0.5 * slot.area *
-        ((state.e_n > 0.0 ? stiffness.k_n : stiffness.k_c) * state.e_n * state.e_n +
-         stiffness.k_s * state.e_s.squaredNorm());
     note(ds);
     if (other < 6 * jt.nde) note(other);
   }
@@ -507,7 +501,7 @@ void PairDefeJoint::criterion()
     jt.state[ds] = static_cast<unsigned char>(slot.state);
     if (slot.state == DefeJoint::CONTACT) add_candidate(jt.self[d], jt.nb[d][s]);
   }
-  noted_release += release_of_pending(false);
+  (void) release_of_pending(false);
 }
 
 /* ----------------------------------------------------------------------
@@ -524,7 +518,11 @@ double PairDefeJoint::release_of_pending(bool switching)
     unsigned rest = jt.present[d];
     for (; k < jt.pending.size() && jt.pending[k] / 6 == d; k++) rest &= ~(1u << jt.pending[k] % 6);
     const double drop = fix->de_energy(d, jt.present[d]) - fix->de_energy(d, rest);
-    release += drop;
+    double &noted = jt.rec[d]->noted_drop;
+    if (switching)
+      release += noted > 0.0 && drop > 0.0 ? std::sqrt(noted * drop) : 0.5 * (noted + drop);
+    else
+      noted = drop;
     // a DE beside a conversion of this step: its drop is no loss of the conversion
     if (switching && jt.rec[d]->newborn) fix->ledger.conv_strain -= drop;
   }
@@ -533,16 +531,16 @@ double PairDefeJoint::release_of_pending(bool switching)
 
 /* ----------------------------------------------------------------------
    carry out what the last step noted
-   The kicks of velocity Verlet belong to the old law up to half-way between the two steps:
-   what is released is the mean of what the two positions give.
+   The kicks of velocity Verlet belong to the old law up to half-way between the two steps: what the
+   corners let go is their energy of a step ago and the work of half a step at the old forces, which for
+   an energy that goes with the square of a stretch is the geometric mean of what both positions give.
 ------------------------------------------------------------------------- */
 
 void PairDefeJoint::switch_joints()
 {
   if (update->setupflag) return;
   auto &jt = fix->jt;
-  fix->ledger.release += 0.5 * (noted_release + release_of_pending(true));
-  noted_release = 0.0;
+  fix->ledger.release += release_of_pending(true);
   for (int ds : jt.pending) {
     const int d = ds / 6, s = ds % 6;
     JointSlot &slot = jt.rec[d]->slot[s];
@@ -656,6 +654,18 @@ PairDefeJoint::TiePoint PairDefeJoint::tie_point(int d, int s) const
 }
 
 /* ----------------------------------------------------------------------
+   what a softening joint lets go in this step beside its dissipation: what a coarse step loses, and with
+   the first force since the switch, this much less of what the corners let go
+------------------------------------------------------------------------- */
+
+double PairDefeJoint::release_of_step(JointSlot &slot, const defe::CohesiveResult &r)
+{
+  if (!slot.pending) return slot.area * r.excess;
+  slot.pending = 0;
+  return slot.area * (r.work_new - r.dissipated) - slot.stored;
+}
+
+/* ----------------------------------------------------------------------
    a softening tie. Its arm y turns with the face (least squares over the four nodes), and the
    face takes the moment y x F as forces on them, so that angular momentum is kept and no work is
    lost. Where neighbours carry the same shear these forces cancel. The DE cannot take the
@@ -700,15 +710,10 @@ void PairDefeJoint::cohesive_tie(int d, int s)
   ledger.release += (1.0 - share) * lost;
   slot.lost += lost;
   slot.stored = slot.area * r.stored;
-  if (slot.pending) {
-    // first force since the switch: this much of what the corners let go is still here
-    ledger.release -= 0.5 * (slot.stored + lost);
-    slot.pending = 0;
-  }
+  if (r.broken) slot.stored = 0.0;
+  ledger.release += release_of_step(slot, r);
 
   if (r.broken) {
-    ledger.release += slot.stored;    // if it is pressed; contact of surfaces takes its part back
-    slot.stored = 0.0;
     set_broken(d, s);
     jt.debonded.push_back(6 * d + s);
     event(d, s, 4, r.damage);
@@ -782,14 +787,10 @@ void PairDefeJoint::cohesive_forces()
     fix->ledger.release += (1.0 - share) * lost;
     slot.lost += lost;
     slot.stored = slot.area * r.stored;
-    if (slot.pending) {
-      // first force since the switch: this much of what the corners let go is still here
-      fix->ledger.release -= 0.5 * (slot.stored + lost);
-      slot.pending = 0;
-    }
+    if (r.broken) slot.stored = 0.0;
+    fix->ledger.release += release_of_step(slot, r);
 
     if (r.broken) {
-      slot.stored = 0.0;
       set_broken(d, s);
       event(d, s, 2, r.damage);
       continue;
@@ -824,6 +825,7 @@ void PairDefeJoint::add_candidate(int i, int j)
   if (!with_contact || j < 0) return;    // a tie: the face takes over
   if (j < atom->nlocal && j < i) std::swap(i, j);
   candidates.push_back({i, j, 0.0});
+  broken_now.emplace_back(MIN(atom->tag[i], atom->tag[j]), MAX(atom->tag[i], atom->tag[j]));
 }
 
 void PairDefeJoint::update_candidates()
@@ -932,6 +934,7 @@ void PairDefeJoint::forget_touch(int i, int j)
 void PairDefeJoint::contact_forces()
 {
   update_candidates();
+  std::sort(broken_now.begin(), broken_now.end());
   const auto &jt = fix->jt;
   double **x = atom->x;
   double **v = atom->v;
@@ -1021,6 +1024,12 @@ void PairDefeJoint::contact_forces()
       }
     const double share = whole ? 1.0 : 0.5;
     fix->stored.contact += share * r.stored;
+    // a joint that broke while it was pressed: this much of what it held is still here
+    if (!broken_now.empty() &&
+        std::binary_search(
+            broken_now.begin(), broken_now.end(),
+            std::make_pair(MIN(atom->tag[i], atom->tag[j]), MAX(atom->tag[i], atom->tag[j]))))
+      fix->ledger.release -= share * r.stored;
     if (!update->setupflag) {
       fix->ledger.damping += share * r.damped;
       fix->ledger.friction += share * r.rubbed;
@@ -1030,6 +1039,7 @@ void PairDefeJoint::contact_forces()
       tally(half, r.force.data(), i);
     }
   }
+  broken_now.clear();
 }
 
 /* ----------------------------------------------------------------------

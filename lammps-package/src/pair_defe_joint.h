@@ -24,6 +24,8 @@ PairStyle(defe/joint,PairDefeJoint);
 
 namespace LAMMPS_NS {
 
+struct JointSlot;
+
 /** Bonded spheres with the three joint types. The thin variants switch stages off. */
 class PairDefeJoint : public Pair {
  public:
@@ -90,6 +92,7 @@ class PairDefeJoint : public Pair {
   };
   std::vector<Candidate> candidates;    // spheres near each other that no joint holds
   bigint candidates_built = -1;
+  std::vector<std::pair<tagint, tagint>> broken_now;    // DEs whose joint broke in this step
 
   // ---- beside other particles and pair styles: pair_defe_others.cpp ----
   enum : char { OURS = 1, OTHERS = 2 };
@@ -128,7 +131,7 @@ class PairDefeJoint : public Pair {
   void event(int d, int s, int what, double value);
   void set_broken(int d, int s);
   double release_of_pending(bool switching);
-  double noted_release = 0.0;    // of the joints noted in the last step
+  double release_of_step(JointSlot &, const defe::CohesiveResult &);
 };
 
 class PairDefeConnective : public PairDefeJoint {

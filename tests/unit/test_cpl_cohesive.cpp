@@ -307,3 +307,37 @@ TEST(Cohesive, StatePacks)
   EXPECT_EQ(t.s0, s.s0);
   EXPECT_EQ(t.kappa, s.kappa);
 }
+
+// What a coarse increment takes from the ends of a joint is the trapezium of the tractions. Along the
+// softening line that is what is stored and dissipated; in a joint that breaks within one increment it is
+// what the traction of before has done in half of it, and the excess is the difference.
+TEST(Cohesive, ExcessOfCoarseIncrements)
+{
+  const auto pull_apart = [](int increments, double end, double &work) {
+    CohesiveState s = cohesive_start(60e6, zero, stiff, strength);
+    const double start = s.e_n, first = cohesive_update(s, 0.0, zero, stiff, strength).stored;
+    double excess = 0.0, dissipated = 0.0;
+    CohesiveResult r{};
+    work = 0.0;
+    for (int i = 0; i < increments; ++i) {
+      r = cohesive_update(s, (end - start) / increments, zero, stiff, strength);
+      work += r.work;
+      excess += r.excess;
+      dissipated += r.dissipated;
+    }
+    EXPECT_NEAR(work, (r.broken ? 0.0 : r.stored) - first + dissipated + excess, 1e-12 * work);
+    return excess;
+  };
+  double work;
+  const double elastic = 60e6 / stiff.k_n;
+  const double half_way = elastic + 0.5 * 2.0 * strength.G_f / 60e6;
+  // linear softening: the trapezium is exact
+  EXPECT_LT(std::abs(pull_apart(4, half_way, work)), 1e-9 * work);
+
+  // at once: t_old/2 times the way, against the energy at the switch and G_f
+  const double way = 1e-6;
+  const double excess = pull_apart(1, elastic + way, work);
+  EXPECT_NEAR(work, 0.5 * 60e6 * way, 1e-9 * work);
+  EXPECT_NEAR(excess, 0.5 * 60e6 * way + 0.5 * 60e6 * elastic - strength.G_f - 0.5 * 60e6 * elastic,
+              1.0);
+}

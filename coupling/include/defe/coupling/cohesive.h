@@ -62,8 +62,14 @@ struct CohesiveResult {
   Vec3 t_s;         ///< tangential traction: on the end that e_s is measured from, pulls along e_s
   double stored;    ///< per area
   double dissipated;    ///< per area, of this increment
-  double damage;        ///< D
-  bool broken;          ///< D = 1: drop the state, the pair is a contact from now on
+  /// Work of the tractions at both ends of the increment, (t_old + t_new)/2 times the increment, which is
+  /// what the kicks of velocity Verlet take; a joint that breaks pulls no more at the new end.
+  double work;
+  double work_new;    ///< the half of it that belongs to the new end
+  /// work - (stored - stored before) - dissipated: what a coarse increment loses beyond the law.
+  double excess;
+  double damage;    ///< D
+  bool broken;      ///< D = 1: drop the state, the pair is a contact from now on
 };
 
 /// sqrt(<t_n>^2 + (beta |t_s|)^2), or with |t_s| / beta. A joint switches when this reaches sigma_t
