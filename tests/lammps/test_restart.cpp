@@ -261,19 +261,19 @@ TEST(Restart, InTheMiddleOfACollision)
     lmp.commands(block.script() + base);
     lmp.command("group nodes type 1");
     lmp.change(fall);
-    lmp.run(100);
+    lmp.run(80);
     EXPECT_GT(lmp.fe(E_CONTACT), 0.01 * total);
     EXPECT_GT(lmp.fe(FRICTION), 0.0);
     lmp.command("write_restart collision.restart");
-    lmp.run(200);
+    lmp.run(220);
     twice = lmp.particles();
   }
   {
     Lammps lmp;
     lmp.commands(block.header() + "read_restart collision.restart\n" + block.regions + "\n" +
                  block.fix_only() + block.motion());
-    EXPECT_EQ(lmp.step(), 100);
-    lmp.run(200);
+    EXPECT_EQ(lmp.step(), 80);
+    lmp.run(220);
     after = lmp.particles();
     EXPECT_NEAR(lmp.fe(TOTAL) / total, 1.0, 1e-9);    // cumulative entries too
   }
