@@ -16,11 +16,15 @@ namespace {
 
 BallOnPatch ball_on_patch(double overlap, double R, double A, double k_A)
 {
-  if (overlap <= 0.0) return {0.0, 0.0};
+  if (overlap <= 0.0) return {0.0, 0.0, 0.0, 1.0};
   const double rest = std::max(0.0, overlap - A / (2.0 * pi * R));
   const double k = pi * k_A * R;
-  return {k / 3.0 * (overlap * overlap * overlap - rest * rest * rest),
-          k * (overlap * overlap - rest * rest)};
+  BallOnPatch r;
+  r.energy = k / 3.0 * (overlap * overlap * overlap - rest * rest * rest);
+  r.force = k * (overlap * overlap - rest * rest);
+  r.slope = 2.0 * k * (overlap - rest);
+  r.damping_factor = std::sqrt(0.5 * (1.0 + overlap * r.slope / r.force));
+  return r;
 }
 
 double overlap_of_energy(double energy, double R, double A, double k_A)

@@ -236,6 +236,13 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
           error->all(FLERR, "Fix defe friction must be >= 0, not {}", arg[iarg + 1]);
         iarg += 2;
       }
+      if (iarg < narg && strcmp(arg[iarg], "overlap") == 0) {
+        need(2, "contact f_s overlap");
+        refuse_overlaps = strcmp(arg[iarg + 1], "refuse") == 0;
+        if (!refuse_overlaps && strcmp(arg[iarg + 1], "ease") != 0)
+          error->all(FLERR, "Fix defe contact overlap is ease or refuse, not {}", arg[iarg + 1]);
+        iarg += 2;
+      }
 
     } else if (key == "shield") {
       need(2, "shield");

@@ -250,6 +250,7 @@ class FixDefe : public Fix {
   // ---- options ----
   double contact_factor = 0.0;
   double contact_friction = 0.0;
+  bool refuse_overlaps = false;    // that are there before the first step
   bool shield = true;
   bool gauss_stress = false;
   bool force_lagrangian = false;

@@ -958,6 +958,13 @@ void FixDefe::report_contacts()
     MPI_Allreduce(&deepest, &winner, 1, MPI_DOUBLE_INT, MPI_MAXLOC, world);
     tagint tag = overlap_tag;
     MPI_Bcast(&tag, 1, MPI_LMP_TAGINT, winner.rank, world);
+    if (refuse_overlaps)
+      error->all(
+          FLERR,
+          "Contact of fix defe: {} contacts overlap before the first step, the deepest by {:.4g} "
+          "(atom {}): "
+          "move the bodies apart, or let overlaps be eased out with 'contact {} overlap ease'",
+          all[1], winner.depth, tag, contact_factor);
     if (comm->me == 0)
       error->warning(FLERR,
                      "Contact of fix defe: {} contacts overlap before the first step, the deepest "

@@ -1085,7 +1085,7 @@ void PairDefeJoint::contact_with_ball(int i, int j)
   const double kn = push.force / deep;
   const double nu = 0.5 * table[part].lambda / (table[part].lambda + table[part].mu);
   const defe::ContactParameters par{kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), coeff.restitution,
-                                    coeff.friction, coeff.damping_ratio};
+                                    coeff.friction, coeff.damping_ratio * push.damping_factor};
   Vec3 history(touch->shear);
   auto r = defe::sphere_contact(
       del, speed, Vec3(omega[i]), Vec3(omega[j]), ri, rj, ri + rj - touch->offset,

@@ -1,6 +1,7 @@
 // Contact of two spheres: restitution, friction, rotation, energy.
 
 #include "defe/coupling/contact_law.h"
+#include "defe/coupling/penalty.h"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -264,4 +265,45 @@ TEST(Contact, MomentumAndEnergyOfACollision)
   EXPECT_NEAR(pair.kinetic() + pair.damped + pair.rubbed, energy, 2e-3 * energy);
   EXPECT_GT(pair.damped, 0.0);
   EXPECT_GT(pair.rubbed, 0.0);
+}
+
+// A ball on a patch: the force is the derivative of the energy, the overlap is found back from it, and
+// it has both limits, the cap of a plane and a spring of the patch's area.
+TEST(BallOnPatch, EnergyForceAndOverlap)
+{
+  const double R = 5e-3, A = 1e-6, k = 4e12, whole = A / (2.0 * M_PI * R);
+  for (double o : {0.01 * whole, 0.5 * whole, 2.0 * whole, 50.0 * whole}) {
+    const BallOnPatch at = ball_on_patch(o, R, A, k);
+    const double step = 1e-5 * o;
+    const BallOnPatch plus = ball_on_patch(o + step, R, A, k),
+                      minus = ball_on_patch(o - step, R, A, k);
+    EXPECT_NEAR((plus.energy - minus.energy) / (2.0 * step) / at.force, 1.0, 1e-8);
+    EXPECT_NEAR((plus.force - minus.force) / (2.0 * step) / at.slope, 1.0, 1e-8);
+    EXPECT_NEAR(overlap_of_energy(at.energy, R, A, k) / o, 1.0, 1e-10);
+    if (o < whole) { EXPECT_NEAR(at.force / (M_PI * k * R * o * o), 1.0, 1e-12); }
+  }
+  EXPECT_NEAR(ball_on_patch(50.0 * whole, R, A, k).slope / (k * A), 1.0, 1e-12);
+  EXPECT_EQ(overlap_of_energy(0.0, R, A, k), 0.0);
+  EXPECT_EQ(ball_on_patch(-1e-6, R, A, k).force, 0.0);
+}
+
+// Restitution of a ball that falls on a patch, soft (a cap) and hard (a spring).
+TEST(BallOnPatch, Restitution)
+{
+  const double R = 5e-3, A = 1e-6, k = 4e12, m = 1e-6;
+  for (double e : {0.3, 0.6, 0.9})
+    for (double v0 : {0.01, 1.0, 100.0}) {
+      double o = 0.0, v = v0;
+      const double dt = 1e-3 * std::sqrt(m / (k * A)) * std::max(1.0, std::cbrt(1.0 / v0));
+      for (int i = 0; i < 10000000; ++i) {
+        const BallOnPatch at = ball_on_patch(o, R, A, k);
+        const double kn = o > 0.0 ? at.force / o : 0.0;
+        const double c = 2.0 * damping_ratio(e) * at.damping_factor * std::sqrt(kn * m);
+        const double push = std::max(0.0, at.force + c * v);
+        v -= dt * push / m;
+        o += dt * v;
+        if (v < 0.0 && push == 0.0) break;
+      }
+      EXPECT_NEAR(-v / v0, e, 0.02) << v0;
+    }
 }

@@ -18,6 +18,11 @@ double penalty_stiffness_per_area(double f_s, double K, double A, double V);
 /// contact is smaller than the patch, and linear with k_A A beyond.
 struct BallOnPatch {
   double energy, force;
+  double slope;    ///< of the force
+  /// Factor of the damping ratio of a linear spring of stiffness force/overlap that gives about the same
+  /// restitution with this spring: sqrt((1 + n)/2), n = overlap slope/force the local exponent. (For
+  /// F = k o^n and weak damping the loss is that of the linear spring exactly.)
+  double damping_factor;
 };
 BallOnPatch ball_on_patch(double overlap, double R, double A, double k_A);
 
