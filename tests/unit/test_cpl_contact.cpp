@@ -1,6 +1,7 @@
-// Contact of two spheres: restitution, friction, rotation, energy.
+// Contact of two spheres: restitution, friction, rotation, energy. A ball on a round patch.
 
 #include "defe/coupling/contact_law.h"
+#include "defe/coupling/penalty.h"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -264,4 +265,66 @@ TEST(Contact, MomentumAndEnergyOfACollision)
   EXPECT_NEAR(pair.kinetic() + pair.damped + pair.rubbed, energy, 2e-3 * energy);
   EXPECT_GT(pair.damped, 0.0);
   EXPECT_GT(pair.rubbed, 0.0);
+}
+
+// The penalty pressure over the patch, by a fine sum; disc of contact smaller and larger than the patch.
+TEST(BallOnPatch, IsThePressureOverItsArea)
+{
+  const double R = 3.0, A = 0.5, k_A = 7.0, pi = std::acos(-1.0);
+  const double covered = A / (2.0 * pi * R);
+  for (double overlap : {0.1 * covered, 0.9 * covered, 1.1 * covered, 20.0 * covered}) {
+    double energy = 0.0, force = 0.0;
+    const int n = 100000;
+    for (int k = 0; k < n; ++k) {
+      // rings of equal areas: s^2 = A/pi (k + 1/2)/n
+      const double depth = overlap - A / pi * (k + 0.5) / n / (2.0 * R);
+      if (depth <= 0.0) break;
+      force += k_A * A / n * depth;
+      energy += 0.5 * k_A * A / n * depth * depth;
+    }
+    const BallOnPatch at = ball_on_patch(overlap, R, A, k_A);
+    EXPECT_NEAR(at.energy / energy, 1.0, 1e-8);
+    EXPECT_NEAR(at.force / force, 1.0, 1e-8);
+    EXPECT_NEAR(overlap_of_energy(at.energy, R, A, k_A) / overlap, 1.0, 1e-12);
+  }
+  EXPECT_EQ(ball_on_patch(0.0, R, A, k_A).force, 0.0);
+  EXPECT_EQ(ball_on_patch(-1.0, R, A, k_A).energy, 0.0);
+  EXPECT_EQ(overlap_of_energy(0.0, R, A, k_A), 0.0);
+}
+
+// Damped with the secant stiffness, as a ball on a DE is. While the disc of contact is smaller than the
+// patch the law is quadratic, and the restitution does not depend on the speed: reference values by
+// integrating x'' = -x^2 - 2 zeta sqrt(x) x' to where the force would pull. Far beyond it is linear.
+TEST(BallOnPatch, Restitution)
+{
+  struct Case {
+    double e, quadratic;
+  };
+  const double R = 1.0, k_A = 1.0;
+  for (const Case &c : {Case{0.9, 0.917}, Case{0.6, 0.654}, Case{0.3, 0.359}}) {
+    const auto rebound = [&](double A, double speed) {
+      ContactParameters p{1.0, 0.0, c.e, 0.0, damping_ratio(c.e)};
+      Pair pair(p);
+      pair.xi = Vec3(pair.distance, 0.0, 0.0);
+      pair.vi = Vec3(-speed, 0.0, 0.0);
+      // m v^2/2 = pi k_A R x^3/3: how deep it gets at the most; a stiff patch needs less time
+      const double depth =
+          std::cbrt(1.5 * pair.reduced() * speed * speed / (std::acos(-1.0) * k_A * R));
+      const double dt = 1e-4 * std::min(depth / speed, std::sqrt(pair.reduced() / (k_A * A)));
+      pair.xi[0] -= dt * speed;
+      for (int k = 0; k < 10000000; ++k) {
+        const double overlap = pair.distance - (pair.xi - pair.xj).norm();
+        if (overlap <= 0.0) break;
+        pair.p.kn = ball_on_patch(overlap, R, A, k_A).force / overlap;
+        pair.evaluate(dt);
+        pair.kick(2.0 * dt);
+        pair.xi += dt * pair.vi;
+        pair.xj += dt * pair.vj;
+      }
+      return (pair.vi - pair.vj)[0] / speed;
+    };
+    EXPECT_NEAR(rebound(10.0, 1e-3), c.quadratic, 1e-3);
+    EXPECT_NEAR(rebound(10.0, 1e-2), c.quadratic, 1e-3);
+    EXPECT_NEAR(rebound(1e-6, 1e-4), c.e, 2e-3);
+  }
 }
