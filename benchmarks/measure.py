@@ -358,7 +358,7 @@ SHARES = [
     ("element kernel", r"fe::.*(add_forces|add_corotational)"),
     ("joints", r"corner_strain|PairDefe|cohesive|contact_law"),
     ("search for contacts", r"build_surfaces|HexPod|face_area|volume|jacobian|shape_gradient"),
-    ("surface contact", r"FixDefe::(contact_forces|FacetPlane)|[Ff]acet|closest_point|project_point|Bilinear|penalty|friction|hypot"),
+    ("surface contact", r"FixDefe::(contact_forces|FacetPlane)|[Ff]acet|[Ss]urface|patch_|penalty|friction|hypot"),
     ("criterion", r"FixDefe::mark_elements|max_principal|::stress\("),
     ("conversion", r"FixDefe::(convert|pre_exchange|ghost_pos|update_totals)|birth|shield"),
     ("energy ledger", r"FixDefe::(power_of_others|post_force|initial_integrate|end_of_step|fill_vector|fe_energy|setup|compute_)"),

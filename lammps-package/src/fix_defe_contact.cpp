@@ -687,10 +687,9 @@ void DefeSurfaceSearch::make_points()
     cp.sharp = !record && sharp(p.atom);
     while (k < near.size() && near[k].first == n) {
       cp.part = table.facets[near[k].second].part;
-      cp.same = (cp.part == p.part);
       cp.first = static_cast<int>(table.candidates.size());
       // against its own part a DE is a sphere: those of tall cells reach beyond it only outwards
-      cp.r = cp.same ? std::min(p.r, atom->radius[p.atom]) : p.r;
+      cp.r = cp.part == p.part ? std::min(p.r, atom->radius[p.atom]) : p.r;
       // spheres of flat cells reach through the face that they were tied to from the start
       if (record)
         for (const auto &slot : record->slot)

@@ -1,4 +1,4 @@
-// Contact of two spheres: restitution, friction, rotation, energy.
+// Contact of two spheres: restitution, friction, rotation, energy. A ball on a round patch.
 
 #include "defe/coupling/contact_law.h"
 #include "defe/coupling/penalty.h"
@@ -265,6 +265,31 @@ TEST(Contact, MomentumAndEnergyOfACollision)
   EXPECT_NEAR(pair.kinetic() + pair.damped + pair.rubbed, energy, 2e-3 * energy);
   EXPECT_GT(pair.damped, 0.0);
   EXPECT_GT(pair.rubbed, 0.0);
+}
+
+// The penalty pressure over the patch, by a fine sum; disc of contact smaller and larger than the patch.
+TEST(BallOnPatch, IsThePressureOverItsArea)
+{
+  const double R = 3.0, A = 0.5, k_A = 7.0, pi = std::acos(-1.0);
+  const double covered = A / (2.0 * pi * R);
+  for (double overlap : {0.1 * covered, 0.9 * covered, 1.1 * covered, 20.0 * covered}) {
+    double energy = 0.0, force = 0.0;
+    const int n = 100000;
+    for (int k = 0; k < n; ++k) {
+      // rings of equal areas: s^2 = A/pi (k + 1/2)/n
+      const double depth = overlap - A / pi * (k + 0.5) / n / (2.0 * R);
+      if (depth <= 0.0) break;
+      force += k_A * A / n * depth;
+      energy += 0.5 * k_A * A / n * depth * depth;
+    }
+    const BallOnPatch at = ball_on_patch(overlap, R, A, k_A);
+    EXPECT_NEAR(at.energy / energy, 1.0, 1e-8);
+    EXPECT_NEAR(at.force / force, 1.0, 1e-8);
+    EXPECT_NEAR(overlap_of_energy(at.energy, R, A, k_A) / overlap, 1.0, 1e-12);
+  }
+  EXPECT_EQ(ball_on_patch(0.0, R, A, k_A).force, 0.0);
+  EXPECT_EQ(ball_on_patch(-1.0, R, A, k_A).energy, 0.0);
+  EXPECT_EQ(overlap_of_energy(0.0, R, A, k_A), 0.0);
 }
 
 // A ball on a patch: the force is the derivative of the energy, the overlap is found back from it, and

@@ -38,7 +38,6 @@ struct ContactPatch {
 struct ContactPoint {
   int atom;
   int part;            ///< of the facets
-  bool same;           ///< the point's own part is that one, too
   bool sharp;          ///< a node on a sharp edge of its body
   int first, count;    ///< facets: SurfaceTables::candidates
   int own, nown;       ///< patches of a node: SurfaceTables::patches
