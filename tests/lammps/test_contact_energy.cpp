@@ -1,4 +1,7 @@
 // Contact of finite elements is a potential: energy and momenta of bodies of any meshes that meet.
+//
+// ranks: 1 2
+// timeout: 240
 
 #include "contact_scene.h"
 
