@@ -85,7 +85,6 @@ namespace {
     std::vector<double> *energy_of;
     SurfaceResult result;
     std::vector<Active> active;
-    double moved = 0.0;    // of the mean depth, in this step
 
     void add_load(const ContactFacet &facet, const FacetLoad &load)
     {
@@ -111,18 +110,47 @@ namespace {
       return v;
     }
 
-    void let_through(const ContactPoint &cp, const Active &one)
+    // a step ago; velocities are those of half a step
+    Vec3 place_before(int i) const { return vector_at(a.x, i) - a.dt * vector_at(a.v, i); }
+    FacetPlane plane_before(const ContactFacet &facet) const
     {
-      // in this step it got too deep
+      double x[12];
+      for (int k = 0; k < 4; ++k) Vec3::Map(x + 3 * k) = place_before(facet.node[k]);
+      const int node[1][4] = {{0, 1, 2, 3}};
+      FacetPlane plane;
+      facet_planes(1, node, x, &plane);
+      return plane;
+    }
+
+    SurfaceContact contact_before(const ContactPoint &cp, const Active &one) const
+    {
+      const FacetPlane g = plane_before(t.facets[one.facet]);
+      const Vec3 p = place_before(cp.atom);
+      if (one.patch >= 0) {
+        const ContactPatch &patch = t.patches[one.patch];
+        return patch_on_facet(plane_before(t.facets[patch.facet]), patch.corner, p, g, one.pair);
+      }
+      return cp.r > 0.0 ? sphere_on_facet(p, cp.r, g, one.pair)
+                        : point_on_facet(local_point(g, p), one.pair);
+    }
+
+    /// If it crossed the depth to which points are followed in this step, inwards or (sign < 0) outwards: the
+    /// energy that is lost or comes from nothing, with half of the work of the step, as velocity Verlet's half
+    /// kicks take it.
+    void cross_limit(const ContactPoint &cp, const Active &one, double sign)
+    {
       if (!a.moving || energy_of) return;
-      const ContactFacet &facet = t.facets[one.facet];
-      const Vec3 v = vector_at(a.v, cp.atom) -
-          facet_velocity(facet, one.contact.point.xi, one.contact.point.eta);
-      const double before = one.contact.raw_depth + a.dt * v.dot(t.planes[one.facet].normal);
-      if (before > one.pair.depth_max) return;
-      const double energy = one.pair.stiffness * one.contact.share *
-          penalty_potential(one.pair.depth_max, one.pair.depth_max).energy;
-      result.let_through.push_back({cp.atom, one.facet, one.contact.raw_depth, energy});
+      const SurfaceContact before = contact_before(cp, one);
+      if (!(before.share > 0.0) || (before.raw_depth > one.pair.depth_max) == (sign > 0.0)) return;
+      const ContactHistory *history = memory.find(cp.atom, cp.part);
+      const double offset = history ? history->offset : 0.0;
+      const SurfaceContact *both[2] = {&before, &one.contact};
+      double energy = 0.0;
+      for (const SurfaceContact *c : both)
+        energy += 0.5 * one.pair.stiffness * c->share *
+            penalty_potential(c->depth - offset, one.pair.depth_max).energy;
+      result.let_through.push_back(
+          {cp.atom, one.facet, one.contact.raw_depth, sign * energy, sign > 0.0});
     }
 
     /// The last one of `active`, if it presses.
@@ -131,9 +159,12 @@ namespace {
       const Active &one = active.back();
       if (one.contact.share > 0.0) {
         if (one.contact.raw_depth > one.pair.depth_max)
-          let_through(cp, one);
-        else if (one.contact.depth > 0.0)
+          cross_limit(cp, one, 1.0);
+        else if (one.contact.depth > 0.0) {
+          // not more than 0.1 of that in a step
+          if (one.contact.raw_depth > 0.9 * one.pair.depth_max) cross_limit(cp, one, -1.0);
           return;
+        }
       }
       active.pop_back();
     }
@@ -261,6 +292,16 @@ namespace {
       return energy;
     }
 
+    /// -d energy_at / d offset
+    double push_at(double offset) const
+    {
+      double push = 0.0;
+      for (const Active &one : active)
+        push += one.pair.stiffness * one.contact.share *
+            penalty_potential(one.contact.depth - offset, one.pair.depth_max).force;
+      return push;
+    }
+
     /// The overlap of this step against that of the last one and what motion can have made of it.
     void update_history(const ContactPoint &cp, ContactHistory &history, double depth)
     {
@@ -284,7 +325,11 @@ namespace {
         result.inherited.push_back(
             {cp.atom, active[0].facet, depth, energy_at(history.offset) - energy_at(offset)});
       } else if (depth > allowed) {
+        const double last = history.offset;
         history.offset = history.depth > 0.0 ? history.offset + depth - history.depth : deepest;
+        if (a.moving)
+          result.let_through.push_back({cp.atom, active[0].facet, depth,
+                                        energy_at(last) - energy_at(history.offset), false});
         history.eased = a.moving ? 0.0 : 1.0;
         if (history.offset > result.offset_max) {
           result.offset_max = history.offset;
@@ -292,21 +337,15 @@ namespace {
         }
         result.offset_count++;
       }
-      moved = depth - history.depth;
       history.depth = depth;
-      if (history.offset > 0.0) {
-        history.offset = std::min(history.offset, deepest);
-        if (history.eased > 0.0 && a.moving) history.offset *= 1.0 - a.ease;
-      }
-    }
-
-    /// What easing puts in: the work that the contact has done in this step and what it stores more. (The
-    /// kicks of velocity Verlet do the mean of what both positions give.)
-    void book_easing(ContactHistory &history, double share, double energy, double push)
-    {
-      if (a.moving)
-        result.eased += energy - history.energy - 0.5 * (push + history.push) * moved / share;
-      history.energy = energy;
+      const double before = history.offset;
+      history.offset = std::min(history.offset, deepest);
+      if (!(history.eased > 0.0)) return;
+      if (a.moving) history.offset *= 1.0 - a.ease;
+      // what easing puts in: the force on the offset, the mean of both steps, as the kicks of velocity
+      // Verlet do with the forces on the atoms
+      const double push = push_at(history.offset);
+      if (a.moving) result.eased += 0.5 * (history.push + push) * (before - history.offset);
       history.push = push;
     }
 
@@ -332,11 +371,8 @@ namespace {
         }
         return;
       }
-      double depth = 0.0, share = 0.0;
-      for (const Active &one : active) {
-        share += one.weight * one.contact.share;
-        depth += one.weight * one.contact.share * one.contact.depth;
-      }
+      double depth = 0.0;
+      for (const Active &one : active) depth += one.weight * one.contact.share * one.contact.depth;
       if (!history) {
         history = &memory.make(cp.atom, cp.part);
         *history = ContactHistory{};
@@ -372,7 +408,6 @@ namespace {
         add_virial(load.virial(g, p));
       }
       result.energy += energy;
-      if (history->eased > 0.0) book_easing(*history, share, energy, pushes);
       if (a.friction > 0.0 && pushes > 0.0)
         on_point += friction_of_point(cp, *history, p, normal, pushes, stiffness);
       add_at(a.f, cp.atom, on_point);
@@ -440,7 +475,7 @@ namespace {
           std::abs(at.eta) - 1.0 > disc * g.to_eta.norm())
         return;
       if (at.h <= 0.0) {
-        ball_let_through(pair, at);
+        ball_goes_in(pair, at);
         return;
       }
       double over = 1.0;
@@ -467,6 +502,10 @@ namespace {
         load.add(g, -aside, at.xi, at.eta, at.h);
       }
       result.energy += r.energy;
+      if (a.moving)
+        ball_comes_out(pair, r);
+      else
+        ball_is_in(pair, at, r.energy);
       if (a.friction > 0.0) {
         const Vec3 point = g.mid + r.xi * g.a + r.eta * g.b, off = c - point;
         const Vec3 n = force.normalized();
@@ -493,22 +532,55 @@ namespace {
       add_virial(load.virial(g, c));
     }
 
-    void ball_let_through(const ContactBall &pair, const LocalPoint &at)
+    double height_before(const ContactBall &pair) const
     {
-      if (!a.moving || energy_of || std::abs(at.xi) > 1.0 || std::abs(at.eta) > 1.0) return;
-      const Vec3 v =
-          vector_at(a.v, pair.atom) - facet_velocity(t.facets[pair.facet], at.xi, at.eta);
-      if (at.h - a.dt * v.dot(t.planes[pair.facet].normal) <= 0.0) return;    // since some time
+      return local_point(plane_before(t.facets[pair.facet]), place_before(pair.atom)).h;
+    }
+
+    void ball_is_in(const ContactBall &pair, const LocalPoint &at, double energy)
+    {
+      const double R = a.radius[pair.atom], depth = R - at.h;
+      if (depth < 1e-6 * R) return;    // it touches
+      result.ball_energy += energy;
+      if (depth <= result.ball_depth) return;
+      result.ball_depth = depth;
+      result.ball_atom = pair.atom;
+    }
+
+    /// Its centre has gone through the plane of the facet in this step: the contact is no more.
+    void ball_goes_in(const ContactBall &pair, const LocalPoint &at)
+    {
+      if (energy_of) return;
+      const bool over = std::abs(at.xi) <= 1.0 && std::abs(at.eta) <= 1.0;
+      if (!a.moving) {
+        if (over) ball_is_in(pair, at, 0.0);
+        return;
+      }
+      const double height = height_before(pair);
+      if (height <= 0.0) return;    // since some time
+      const ContactFacet &facet = t.facets[pair.facet];
       Vec3 force = Vec3::Zero();
       FacetLoad load;
-      const Vec3 touching = t.planes[pair.facet].mid + at.xi * t.planes[pair.facet].a +
-          at.eta * t.planes[pair.facet].b +
-          1e-9 * a.radius[pair.atom] * t.planes[pair.facet].normal;
+      const BallForce r = ball_on_facet(place_before(pair.atom), a.radius[pair.atom],
+                                        plane_before(facet), facet.k_area, facet.area, force, load);
+      if (r.energy > 0.0 || over)
+        result.let_through.push_back({pair.atom, pair.facet, a.radius[pair.atom] - at.h,
+                                      r.energy + 0.5 * r.normal * (height - at.h), over});
+    }
+
+    /// It comes out of the body that it was let into: what that stores at once is booked against what was lost.
+    void ball_comes_out(const ContactBall &pair, const BallForce &r)
+    {
+      const double R = a.radius[pair.atom];
+      const FacetPlane &g = t.planes[pair.facet];
+      const double height = (vector_at(a.x, pair.atom) - g.mid).dot(g.normal);
       const ContactFacet &facet = t.facets[pair.facet];
-      const double energy = ball_on_facet(touching, a.radius[pair.atom], t.planes[pair.facet],
-                                          facet.k_area, facet.area, force, load)
-                                .energy;
-      result.let_through.push_back({pair.atom, pair.facet, a.radius[pair.atom] - at.h, energy});
+      const Vec3 way = a.dt * (vector_at(a.v, pair.atom) - facet_velocity(facet, 0.0, 0.0));
+      if (height > 2.0 * way.norm()) return;    // it was in front of the facet, most likely
+      const double before = height_before(pair);
+      if (before > 0.0) return;
+      result.let_through.push_back({pair.atom, pair.facet, R - height,
+                                    -r.energy - 0.5 * r.normal * (height - before), false});
     }
   };
 

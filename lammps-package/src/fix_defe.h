@@ -347,13 +347,17 @@ class FixDefe : public Fix {
     tagint tag = 0;
     double depth = 0.0, x[3] = {0.0, 0.0, 0.0};
   } first_through;
-  void note_let_through(int i, double depth, double energy);
+  void note_let_through(int i, double depth);
   void report_contacts();
   bigint through_total = 0;
-  bool through_told = false, overlaps_told = false;
+  bool through_told = false, overlaps_told = false, balls_told = false;
   bigint overlaps = 0;    // contacts that began overlapped, before the first step
   double overlap_depth = 0.0;
   tagint overlap_tag = 0;
+  bool balls_placed = false;                     // what they overlap now, motion has made
+  double ball_depth = 0.0, ball_energy = 0.0;    // of balls that begin in a face
+  tagint ball_tag = 0;
+  void report_balls();
   bool tied(int de, tagint element) const;
   // batch and number of elements with free faces
   std::vector<std::pair<int, int>> exposed;

@@ -873,7 +873,10 @@ void FixDefe::contact_forces()
     ledger.conv_strain -= r.energy - r.eased;
     contact_to_book = false;
   }
-  for (const auto &t : r.let_through) note_let_through(t.atom, t.depth, t.energy);
+  for (const auto &t : r.let_through) {
+    ledger.through += t.energy;
+    if (t.counts) note_let_through(t.atom, t.depth);
+  }
   if (!arrays.moving && r.offset_count > 0) {
     overlaps += r.offset_count;
     if (r.offset_max > overlap_depth) {
@@ -881,6 +884,12 @@ void FixDefe::contact_forces()
       overlap_tag = atom->tag[r.offset_atom];
     }
   }
+  if (!balls_placed && r.ball_atom >= 0) {
+    ball_energy = r.ball_energy;
+    ball_depth = r.ball_depth;
+    ball_tag = atom->tag[r.ball_atom];
+  }
+  balls_placed = true;
   for (int i : fresh)
     if (touches(i)) touches(i)->fresh = false;
   fresh.clear();
@@ -905,9 +914,8 @@ double FixDefe::contact_energy_now(std::vector<double> &energy)
    points that got deeper than they can be followed: the first one is named, all are counted
 ------------------------------------------------------------------------- */
 
-void FixDefe::note_let_through(int i, double depth, double energy)
+void FixDefe::note_let_through(int i, double depth)
 {
-  ledger.through += energy;
   through_count++;
   if (first_through.step >= 0) return;
   first_through.step = update->ntimestep;
@@ -971,6 +979,33 @@ void FixDefe::report_contacts()
                      "{}); they are eased out, and the work of that counts as external",
                      all[1], winner.depth, tag);
   }
+  if (balls_placed && !balls_told) report_balls();
+}
+
+/* ----------------------------------------------------------------------
+   a ball that begins in a face: it has no memory by which it could be eased out
+------------------------------------------------------------------------- */
+
+void FixDefe::report_balls()
+{
+  balls_told = true;
+  struct {
+    double depth;
+    int rank;
+  } mine = {ball_depth, comm->me}, deepest;
+  MPI_Allreduce(&mine, &deepest, 1, MPI_DOUBLE_INT, MPI_MAXLOC, world);
+  if (deepest.depth == 0.0) return;
+  double energy;
+  MPI_Allreduce(&ball_energy, &energy, 1, MPI_DOUBLE, MPI_SUM, world);
+  MPI_Bcast(&ball_tag, 1, MPI_LMP_TAGINT, deepest.rank, world);
+  const auto what = fmt::format("Contact of fix defe: ball {} begins {:.4g} deep in a face",
+                                ball_tag, deepest.depth);
+  if (refuse_overlaps) error->all(FLERR, "{}: move it out", what);
+  if (comm->me == 0)
+    error->warning(FLERR,
+                   "{}: what contacts of balls store at the start, {:.4g}, throws them out; move "
+                   "balls out of the body",
+                   what, energy);
 }
 
 /* ----------------------------------------------------------------------

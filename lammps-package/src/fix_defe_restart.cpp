@@ -390,7 +390,7 @@ void FixDefe::restart(char *buf)
   lots_moved = g.lots_moved;
   start_done = g.start_done;
   notes_due = !start_done;
-  overlaps_told = start_done;
+  overlaps_told = balls_placed = start_done;
   through_told = g.through > 0;
   hexes_per_node = g.hexes_per_node;
   dt_finite = g.dt_finite;

@@ -64,11 +64,11 @@ struct SurfaceTables {
 
 /// What a contact of a point with a part keeps from step to step. Plain data.
 struct ContactHistory {
-  double depth;           ///< mean depth at the last step, offset included
-  double offset;          ///< depth that pushes nothing
-  double shear[3];        ///< tangential displacement
-  double stored;          ///< energy of the tangential spring
-  double energy, push;    ///< of an eased contact at the last step
+  double depth;       ///< mean depth at the last step, offset included
+  double offset;      ///< depth that pushes nothing
+  double shear[3];    ///< tangential displacement
+  double stored;      ///< energy of the tangential spring
+  double push;        ///< of an eased contact at the last step, on its offset
   double eased;    ///< 1: the offset is an overlap from before the first step, which is eased out
 };
 
@@ -96,7 +96,9 @@ struct SurfaceArrays {
 /// A point that has got deeper than it can be followed.
 struct LetThrough {
   int atom, facet;
-  double depth, energy;
+  double depth;
+  double energy;         ///< that is lost with it; < 0: what a ball is given as it comes out again
+  bool counts = true;    ///< false: energy only
 };
 
 struct SurfaceResult {
@@ -107,6 +109,10 @@ struct SurfaceResult {
   double virial[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   double offset_max = 0.0;    ///< largest overlap that began in this evaluation, and its atom
   int offset_atom = -1, offset_count = 0;
+  double ball_depth =
+      0.0;    ///< deepest ball in a facet without a step before it, and all their energy
+  double ball_energy = 0.0;
+  int ball_atom = -1;
   std::vector<LetThrough> let_through;
   std::vector<LetThrough> inherited;    ///< contacts that began with an overlap, and their energy
 };
