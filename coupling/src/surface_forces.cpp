@@ -325,11 +325,7 @@ namespace {
         result.inherited.push_back(
             {cp.atom, active[0].facet, depth, energy_at(history.offset) - energy_at(offset)});
       } else if (depth > allowed) {
-        const double last = history.offset;
         history.offset = history.depth > 0.0 ? history.offset + depth - history.depth : deepest;
-        if (a.moving)
-          result.let_through.push_back({cp.atom, active[0].facet, depth,
-                                        energy_at(last) - energy_at(history.offset), false});
         history.eased = a.moving ? 0.0 : 1.0;
         if (history.offset > result.offset_max) {
           result.offset_max = history.offset;
