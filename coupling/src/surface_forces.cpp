@@ -535,7 +535,8 @@ namespace {
 
     void ball_is_in(const ContactBall &pair, const LocalPoint &at, double energy)
     {
-      const double R = a.radius[pair.atom], depth = R - at.h;
+      // with its centre inside it is behind several faces, and no one knows which it came through
+      const double R = a.radius[pair.atom], depth = std::min(R - at.h, R);
       if (depth < 1e-6 * R) return;    // it touches
       result.ball_energy += energy;
       if (depth <= result.ball_depth) return;

@@ -69,6 +69,29 @@ struct Scene {
   }
 };
 
+inline Mat3 turn(double angle, const Vec3 &axis)
+{
+  return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+}
+
+/// A steel ball of 8 mm hits a bar of 16 x 5 x 2 cubes of glass.
+inline Scene ball_on_bar(double fs, double v, double dt)
+{
+  Scene s;
+  s.dt = dt;
+  s.contact = "contact " + number(fs);
+  s.convert = "convert glass 56e6 type 4 group particles";
+  s.coeff =
+      "connective material cohesive 60e6 10 0.1 contact 1.0 0.0\npair_coeff 3 4 contact 1.0 0.0";
+  s.add("glass", 1, {16, 5, 2}, 2e-3, [](const Vec3 &X) {
+    return Vec3(X + Vec3(16e-3, 5e-3, 2e-3));
+  });
+  s.more = "create_atoms 3 single 0.0173 0.01401 0.0021\nset type 3 diameter 0.008 density 7800\n"
+           "group ball type 3\nfix move3 ball nve/sphere\nvelocity ball set 3 " +
+      number(-v) + " 1\n";
+  return s;
+}
+
 /// What a frictionless flight conserves, and how hard the bodies met.
 struct Flight {
   double energy0 = 0.0;      // total energy at the start

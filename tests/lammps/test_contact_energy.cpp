@@ -13,11 +13,6 @@ using defe::Vec3;
 
 namespace {
 
-Mat3 turn(double angle, const Vec3 &axis)
-{
-  return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
-}
-
 /// Radius of the cap's upper side; it is highest at the origin.
 constexpr double curvature = 0.03;
 
