@@ -21,6 +21,7 @@
 #include "region.h"
 #include "update.h"
 
+#include "defe/coupling/two_clocks.h"
 #include "defe/fe/hex8.h"
 #include "defe/fe/principal.h"
 
@@ -476,6 +477,15 @@ void FixDefe::init()
       comm->me == 0)
     error->warning(FLERR, "Time step {} is above the safe step of the discrete elements {:.6g}",
                    update->dt, dt_discrete);
+
+  if (any_convertible && dt_joints > 0.0 && update->whichflag == 1 && comm->me == 0 &&
+      defe::clocks_resonate(fe_every, update->dt, dt_joints))
+    error->warning(
+        FLERR,
+        "Fix defe every {}: half an oscillation of the discrete elements fits between two "
+        "evaluations of the finite elements with the time step {}, and can gain energy from "
+        "them without end: use a smaller timestep or every",
+        fe_every, update->dt);
 
   say_notes();
   vector_step = -1;

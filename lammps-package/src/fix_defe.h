@@ -295,6 +295,7 @@ class FixDefe : public Fix {
   bigint des_gone = 0;             // of this rank: left the box, as the user allowed
   double mass_gone = 0.0;
   double dt_finite = 0.0, dt_discrete = 0.0;     // stable time steps, 0 = none
+  double dt_joints = 0.0;                        // of DEs without ties
   double max_diagonal = 0.0, max_facet = 0.0;    // of elements and of their faces
   std::vector<double> de_radius_max;             // per type
   bool start_done = false;

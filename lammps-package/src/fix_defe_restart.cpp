@@ -194,7 +194,7 @@ struct GlobalState {
   bigint des_total, hexes_total, conversions_total;
   tagint de_base, last_element, last_id, last_born;
   int lots_moved, start_done, hexes_per_node;
-  double dt_finite, dt_discrete, max_diagonal, max_facet, first_conversion, first_damage;
+  double dt_finite, dt_discrete, dt_joints, max_diagonal, max_facet, first_conversion, first_damage;
   bigint through, nodes_total, des_gone, kept_step, kept_natoms;
   bigint step, events_written;
   int fe_every, fe_clock;
@@ -279,6 +279,7 @@ void FixDefe::write_restart(FILE *fp)
   g.hexes_per_node = hexes_per_node;
   g.dt_finite = dt_finite;
   g.dt_discrete = dt_discrete;
+  g.dt_joints = dt_joints;
   g.max_diagonal = max_diagonal;
   g.max_facet = max_facet;
   if (comm->me == 0) {
@@ -395,6 +396,7 @@ void FixDefe::restart(char *buf)
   hexes_per_node = g.hexes_per_node;
   dt_finite = g.dt_finite;
   dt_discrete = g.dt_discrete;
+  dt_joints = g.dt_joints;
   max_diagonal = g.max_diagonal;
   max_facet = g.max_facet;
   mesh_dirty = false;

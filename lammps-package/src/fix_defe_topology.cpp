@@ -78,13 +78,20 @@ constexpr int CHUNK = 16384;
 
 /// Safe step of the eight DEs of an element, of which each may be tied by its three outer faces;
 /// the elements at the other ends of the ties have a quarter of their mass left for themselves.
-double discrete_step(const HexCoords &X, const defe::fe::IsotropicElastic &elastic, double mass)
+/// \param joints  gets the step of DEs with joints alone: ties hardly change their fastest oscillation, only
+///                what can be proven of it
+double discrete_step(const HexCoords &X, const defe::fe::IsotropicElastic &elastic, double mass,
+                     double &joints)
 {
   const defe::CornerModuli moduli{elastic.lambda(), elastic.mu()};
   const auto eight = defe::convert_hex(X, X, HexCoords::Zero(), mass);
   double dt = 0.5 * defe::fe::critical_step(X, elastic);
+  joints = HUGE_VAL;
   for (int k = 0; k < 8; k++) {
     auto cell = defe::cell_of(eight, k);
+    for (int s = 0; s < 6; s++)
+      if (defe::slot_is_outer(k, s)) cell.dX[s] = 2.0 * cell.face[s];
+    joints = MIN(joints, defe::lattice_critical_step(cell, 0x3f, moduli, 0.125 * mass));
     for (int s = 0; s < 6; s++)
       if (defe::slot_is_outer(k, s)) {
         cell.dX[s] = cell.face[s];
@@ -259,11 +266,11 @@ void FixDefe::mesh_shapes(Mesh &mesh)
   bigint suspicious = 0;
   std::vector<double> radius(atom->ntypes + 1, 0.0);
   std::vector<double> size_sum(2 * parts.size(), 0.0);
-  double dt_de = 1.0e300;
+  double dt_de = 1.0e300, dt_joint = 1.0e300;
   struct ShapeStep {
     HexCoords X;
     int part;
-    double dt, dt_de;
+    double dt, dt_de, dt_joint;
   };
   std::vector<ShapeStep> steps;    // exact critical step per distinct shape
 
@@ -330,20 +337,22 @@ void FixDefe::mesh_shapes(Mesh &mesh)
       size_sum[2 * h.part] += std::cbrt(h.volume);
       size_sum[2 * h.part + 1] += 1.0;
       if (!m.rigid()) {
-        double step = -1.0, step_de = 1.0e300;
+        double step = -1.0, step_de = 1.0e300, step_joint = 1.0e300;
         for (const auto &s : steps)
           if (s.part == h.part && defe::fe::congruent(s.X, X)) {
             step = s.dt;
             step_de = s.dt_de;
+            step_joint = s.dt_joint;
             break;
           }
         if (step < 0.0) {
           step = m.law->critical_step(X);
-          if (p.convertible) step_de = discrete_step(X, m.elastic(), mass);
-          if (steps.size() < 64) steps.push_back({X, h.part, step, step_de});
+          if (p.convertible) step_de = discrete_step(X, m.elastic(), mass, step_joint);
+          if (steps.size() < 64) steps.push_back({X, h.part, step, step_de, step_joint});
         }
         dt = MIN(dt, step);
         dt_de = MIN(dt_de, step_de);
+        dt_joint = MIN(dt_joint, step_joint);
       }
       if (p.convertible) {
         double r = 0.5 * std::cbrt(h.volume / 8.0);
@@ -363,8 +372,10 @@ void FixDefe::mesh_shapes(Mesh &mesh)
                    all_suspicious);
   MPI_Allreduce(&dt, &dt_finite, 1, MPI_DOUBLE, MPI_MIN, world);
   MPI_Allreduce(&dt_de, &dt_discrete, 1, MPI_DOUBLE, MPI_MIN, world);
+  MPI_Allreduce(&dt_joint, &dt_joints, 1, MPI_DOUBLE, MPI_MIN, world);
   if (dt_finite >= 1.0e300) dt_finite = 0.0;
   if (dt_discrete >= 1.0e300) dt_discrete = 0.0;
+  if (dt_joints >= 1.0e300) dt_joints = 0.0;
   MPI_Allreduce(&diagonal, &max_diagonal, 1, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(&facet, &max_facet, 1, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(&shortest, &max_step_length, 1, MPI_DOUBLE, MPI_MIN, world);

@@ -34,7 +34,8 @@ class Example(unittest.TestCase):
                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.assertEqual(run.returncode, 0, run.stdout[-3000:])
         out = folder / "output" / (out or variant)
-        said = re.findall(r"^Note: (.*?)(?: \(node.*)?$", (out / "log.lammps").read_text(), re.MULTILINE)
+        self.log = (out / "log.lammps").read_text()
+        said = re.findall(r"^Note: (.*?)(?: \(node.*)?$", self.log, re.MULTILINE)
         self.assertEqual(said, [] if note is None else [note])
         summary = json.loads((out / "summary.json").read_text())
         self.assertGreater((out / "energies.png").stat().st_size, 10000)
@@ -85,8 +86,10 @@ class Example(unittest.TestCase):
         self.assertEqual(set(s["plies"]), {"outer", "inner"})
 
     def test_hailstones(self):
-        """Up to 32 us: the first hailstone breaks, and the glass under it; energy goes into bonds and comes back."""
-        s = self.run_example("hailstones", "hail", "-var", "end", "3.2e-5", whole_energy=False)
+        """Up to 50 us: the first hailstone breaks, and the glass under it; energy goes into bonds and comes back, and
+        is nowhere more than at first (it was, from 48 us on, when the two clocks resonated)."""
+        s = self.run_example("hailstones", "hail", "-var", "end", "5e-5", whole_energy=False)
+        self.assertNotIn("WARNING: Fix defe every", self.log)
         self.assertGreater(s["ice_bonds_broken"], 20)
         self.assertGreater(s["elements_converted"], 20)
         self.assertGreater(s["joints_broken"], 20)

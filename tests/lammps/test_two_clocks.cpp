@@ -2,6 +2,7 @@
 //
 // timeout: 240
 
+#include "contact_scene.h"
 #include "cracking_beam.h"
 
 #include <gmock/gmock.h>
@@ -142,5 +143,51 @@ TEST(TwoClocks, SlowStepAboveTheStableOne)
     ADD_FAILURE() << "was accepted";
   } catch (std::exception &e) {
     EXPECT_THAT(e.what(), testing::HasSubstr("1e-07 times every 4 is above the stable step"));
+  }
+}
+
+// DEs on finite elements and the noise of rounding: impulses of the elements in step with half an oscillation
+// of the DEs made 100 J of nothing. It is warned of before the first step; within the
+// bound nothing grows.
+TEST(TwoClocks, ResonanceWithDEs)
+{
+  struct Case {
+    int m;
+    double dt;
+    bool grows;
+  };
+  // DEs of 0.75 x 0.75 x 0.5 mm
+  for (const Case &c : {Case{3, 4e-8, true}, Case{2, 5.5e-8, true}, Case{1, 4e-8, false},
+                        Case{2, 4e-8, false}, Case{3, 3e-8, false}, Case{5, 1.8e-8, false}}) {
+    Block block;
+    block.n[1] = 3;
+    block.n[2] = 4;
+    block.h = 1.5e-3;
+    block.flat = 1.0 / 1.5;
+    block.dt = c.dt;
+    block.regions = "region lower block INF INF INF INF INF 2e-3";
+    block.convert = "1e15 type 2 group particles start lower";
+    block.coeff = "connective material cohesive 1e15 1e15 0.1 contact 1.0 0.0";
+    block.options = "every " + std::to_string(c.m);
+    Lammps lmp;
+    lmp.commands(block.script());
+    lmp.change([](Particle &p) {
+      p.v = 1e-3 * random_of(p.tag, 5);
+    });
+    WarningLog log(lmp, "log.resonance");
+    lmp.record({"f_fe[23]", "f_fe[3]"}, 20);
+    lmp.run(c.m * 1000);
+    const auto balance = lmp.recorded(0);
+    ASSERT_EQ(lmp.recorded(1).back(), 8.0 * 4 * 3 * 2);
+    const std::string said = "Fix defe every";
+    int warned = 0;
+    for (const auto &line : log.warnings()) warned += line.compare(0, said.size(), said) == 0;
+    EXPECT_EQ(warned, c.grows ? 1 : 0) << "every " << c.m << ", " << c.dt;
+    // waves of the length of an element swing by (omega m dt)^2/8 of what they have
+    if (c.grows)
+      EXPECT_GT(balance.back(), 1e3 * balance.front()) << "every " << c.m << ", " << c.dt;
+    else
+      EXPECT_LT(largest_deviation(balance), 0.04 * balance.front())
+          << "every " << c.m << ", " << c.dt;
   }
 }
