@@ -379,19 +379,22 @@ namespace {
     }
 
     /// The overlap of this step against that of the last one and what motion can have made of it.
-    void update_history(const ContactPoint &cp, ContactHistory &history, double depth)
+    /// depth: mean depth, each patch with its share of `share` in all; what it has got deeper at once is as
+    /// much deeper everywhere.
+    void update_history(const ContactPoint &cp, ContactHistory &history, double depth, double share)
     {
       double deepest = 0.0;
       for (const Active &one : active) deepest = std::max(deepest, one.contact.depth);
       double allowed = history.depth + 1e-6 * t.facets[active.begin()->facet].half_xi;
       if (depth > allowed && a.moving)
         allowed += growth * a.dt * largest_speed(cp, (depth - allowed) / (growth * a.dt));
+      const double offset = history.depth > 0.0 ? history.offset + (depth - history.depth) / share
+                                                : deepest;
       if (depth > allowed && memory.inherits(cp.atom, cp.part)) {
-        const double offset = history.offset + depth - history.depth;
         result.inherited.push_back(
             {cp.atom, active.begin()->facet, depth, energy_at(history.offset) - energy_at(offset)});
       } else if (depth > allowed) {
-        history.offset = history.depth > 0.0 ? history.offset + depth - history.depth : deepest;
+        history.offset = offset;
         history.eased = a.moving ? 0.0 : 1.0;
         if (history.offset > result.offset_max) {
           result.offset_max = history.offset;
@@ -433,13 +436,16 @@ namespace {
         }
         return;
       }
-      double depth = 0.0;
-      for (const Active &one : active) depth += one.weight * one.contact.share * one.contact.depth;
+      double depth = 0.0, share = 0.0;
+      for (const Active &one : active) {
+        share += one.weight * one.contact.share;
+        depth += one.weight * one.contact.share * one.contact.depth;
+      }
       if (!history) {
         history = &memory.make(cp.atom, cp.part);
         *history = ContactHistory{};
       }
-      update_history(cp, *history, depth);
+      update_history(cp, *history, depth, share);
 
       Vec3 on_point = Vec3::Zero(), normal = Vec3::Zero();
       double pushes = 0.0, stiffness = 0.0, energy = 0.0;
