@@ -88,15 +88,25 @@ namespace {
   };
   AxisShare axis_share(double middle, double point, double t, bool rim_plus, bool rim_minus)
   {
-    const Share plus = ramp((1.0 - (rim_plus ? middle : point)) / t);
-    const Share minus = ramp((1.0 + (rim_minus ? middle : point)) / t);
-    AxisShare r{plus.value + minus.value - 1.0, 0.0, 0.0};
+    AxisShare r{1.0, 0.0, 0.0};
+    // far inside, nothing needs to be divided
+    const double plus = 1.0 - (rim_plus ? middle : point);
+    if (plus < t) {
+      const Share share = ramp(plus / t);
+      r.value = share.value;
+      (rim_plus ? r.by_middle : r.by_point) -= share.slope / t;
+    }
+    const double minus = 1.0 + (rim_minus ? middle : point);
+    if (minus < t) {
+      const Share share = ramp(minus / t);
+      r.value += share.value - 1.0;
+      (rim_minus ? r.by_middle : r.by_point) += share.slope / t;
+    }
     if (r.value <= 0.0) return {0.0, 0.0, 0.0};
-    (rim_plus ? r.by_middle : r.by_point) -= plus.slope / t;
-    (rim_minus ? r.by_middle : r.by_point) += minus.slope / t;
     return r;
   }
 
+  /// False: the share is 0.
   bool take_share(SurfaceContact &c, const SurfacePair &pair, double facing)
   {
     const AxisShare xi = axis_share(c.middle.xi, c.point.xi, pair.t_xi, pair.rim[0], pair.rim[1]);
@@ -109,8 +119,9 @@ namespace {
     c.by_middle[1] = xi.value * eta.by_middle;
     c.by_point[0] = xi.by_point * eta.value;
     c.by_point[1] = xi.value * eta.by_point;
-    c.share = facing * xi.value * eta.value;
-    return c.share > 0.0;
+    const double share = facing * xi.value * eta.value;
+    c.share = std::max(share, 0.0);
+    return share > 0.0;
   }
 
   /// Derivatives of the limited depth by the depth and by the four ways.
@@ -166,6 +177,7 @@ namespace {
 
 Share facing_factor(double c, const SideWeight &weight)
 {
+  if (c >= parallel_limit) return {weight.parallel, 0.0};
   const Share F = smooth_step(c, facing_limit, parallel_limit);
   const Share p = smooth_step(c, 0.9063, parallel_limit);    // between 25 and 5 degrees
   const double rest = 1.0 - weight.parallel;
@@ -174,46 +186,44 @@ Share facing_factor(double c, const SideWeight &weight)
   return {F.value * side.value, F.slope * side.value + F.value * side.slope};
 }
 
-SurfaceContact patch_on_facet(const FacetPlane &own, int corner, const Vec3 &node,
-                              const FacetPlane &facet, const SurfacePair &pair)
+bool patch_on_facet(const FacetPlane &own, int corner, const Vec3 &node, const FacetPlane &facet,
+                    const SurfacePair &pair, SurfaceContact &c)
 {
-  SurfaceContact c;
-  c.cosine = -own.normal.dot(facet.normal);
-  const Share facing = facing_factor(c.cosine, pair.weight);
-  if (facing.value == 0.0) return c;
-  const Vec3 q = own.mid + 0.5 * (facet_sign[corner][0] * own.a + facet_sign[corner][1] * own.b);
-  c.middle = local_point(facet, q);
+  c.share = 0.0;
   c.point = local_point(facet, node);
   c.at_node = -c.point.h;
-  if (c.at_node <= 0.0 || !take_share(c, pair, facing.value)) {
-    c.share = 0.0;
-    return c;
-  }
+  if (c.at_node <= 0.0) return false;
+  c.cosine = -own.normal.dot(facet.normal);
+  const Share facing = facing_factor(c.cosine, pair.weight);
+  if (facing.value == 0.0) return false;
+  const Vec3 q = own.mid + 0.5 * (facet_sign[corner][0] * own.a + facet_sign[corner][1] * own.b);
+  c.middle = local_point(facet, q);
+  if (!take_share(c, pair, facing.value)) return false;
   c.facing = facing.value;
   c.d_facing = facing.slope;
   c.held_xi = held_over_facet(c.point.xi, hold_width * pair.t_xi, pair.rim[0], pair.rim[1]);
   c.held_eta = held_over_facet(c.point.eta, hold_width * pair.t_eta, pair.rim[2], pair.rim[3]);
-  c.at_held = c.at_node;
+  c.at_held = c.raw_depth = c.at_node;
   if (c.held_xi.slope < 1.0 || c.held_eta.slope < 1.0) {
     const Vec3 y = facet.mid + c.held_xi.value * facet.a + c.held_eta.value * facet.b;
     c.at_held = (node - y).dot(own.normal) / c.cosine;
+    if (c.at_held <= 0.0) {
+      c.share = 0.0;
+      return false;
+    }
+    c.raw_depth =
+        c.at_node * c.at_held * std::sqrt(2.0 / (c.at_node * c.at_node + c.at_held * c.at_held));
   }
-  if (c.at_node <= 0.0 || c.at_held <= 0.0) {
-    c.share = 0.0;
-    return c;
-  }
-  c.raw_depth =
-      c.at_node * c.at_held * std::sqrt(2.0 / (c.at_node * c.at_node + c.at_held * c.at_held));
   if (far_from_rims(c.middle, pair, c.raw_depth)) {
     c.depth = c.raw_depth;
     for (double &l : c.limited) l = 1.0;
-    return c;
+    return true;
   }
   double reach[2], way[4];
   reach_of_patch(own, facet, pair, reach);
   ways_to_rims(c.middle, reach, pair, way);
   limit_depth(c, way);
-  return c;
+  return true;
 }
 
 SurfaceForce patch_force(const SurfaceContact &c, double offset, const FacetPlane &own, int corner,
@@ -253,24 +263,39 @@ SurfaceForce patch_force(const SurfaceContact &c, double offset, const FacetPlan
   }
 
   r.normal = push * by_depth;
-  const double nn = c.at_node * c.at_node, hh = c.at_held * c.at_held;
-  const double by_node = r.normal * c.raw_depth / (nn + hh) * hh / c.at_node;
-  const double by_held = r.normal * c.raw_depth / (nn + hh) * nn / c.at_held;
-  // the node against the plane of the facet, and along it where its own place counts for the share
-  const Vec3 at_node = by_node * facet.normal + rest * c.by_point[0] * facet.to_xi +
-      rest * c.by_point[1] * facet.to_eta;
-  on_node += at_node;
-  on_facet.add(facet, -at_node, c.point.xi, c.point.eta, c.point.h);
-  // the plane of the patch against y, which is held over the facet
-  const Vec3 u = by_held / c.cosine * own.normal;
-  on_node -= u;
-  on_facet.mid += u;
-  on_facet.a += c.held_xi.value * u;
-  on_facet.b += c.held_eta.value * u;
-  const Vec3 along = c.held_xi.slope * facet.a.dot(u) * facet.to_xi +
-      c.held_eta.slope * facet.b.dot(u) * facet.to_eta;
-  on_node += along;
-  on_facet.add(facet, -along, c.point.xi, c.point.eta, c.point.h);
+  double by_facing = pair.stiffness * c.d_facing * c.share_xi * c.share_eta * psi.energy;
+  if (c.held_xi.slope == 1.0 && c.held_eta.slope == 1.0) {
+    // the node is over the facet: y is its foot, and both depths are the same function
+    const Vec3 P = r.normal * facet.normal + rest * c.by_point[0] * facet.to_xi +
+        rest * c.by_point[1] * facet.to_eta;
+    on_node += P;
+    on_facet.add(facet, -P, c.point.xi, c.point.eta, c.point.h);
+  } else {
+    const double nn = c.at_node * c.at_node, hh = c.at_held * c.at_held;
+    const double by_node = r.normal * c.raw_depth / (nn + hh) * hh / c.at_node;
+    const double by_held = r.normal * c.raw_depth / (nn + hh) * nn / c.at_held;
+    // the node against the plane of the facet, and along it where its own place counts for the share
+    const Vec3 at_node = by_node * facet.normal + rest * c.by_point[0] * facet.to_xi +
+        rest * c.by_point[1] * facet.to_eta;
+    on_node += at_node;
+    on_facet.add(facet, -at_node, c.point.xi, c.point.eta, c.point.h);
+    // the plane of the patch against y, which is held over the facet
+    const Vec3 u = by_held / c.cosine * own.normal;
+    on_node -= u;
+    on_facet.mid += u;
+    on_facet.a += c.held_xi.value * u;
+    on_facet.b += c.held_eta.value * u;
+    const Vec3 along = c.held_xi.slope * facet.a.dot(u) * facet.to_xi +
+        c.held_eta.slope * facet.b.dot(u) * facet.to_eta;
+    on_node += along;
+    on_facet.add(facet, -along, c.point.xi, c.point.eta, c.point.h);
+    // its normal
+    const Vec3 off = (c.point.xi - c.held_xi.value) * facet.a +
+        (c.point.eta - c.held_eta.value) * facet.b + c.point.h * facet.normal;
+    on_own.a += off.dot(own.to_xi) * u;
+    on_own.b += off.dot(own.to_eta) * u;
+    by_facing -= by_held * c.at_held / c.cosine;
+  }
 
   if (q_xi != 0.0 || q_eta != 0.0) {
     const Vec3 P = q_xi * facet.to_xi + q_eta * facet.to_eta;
@@ -280,13 +305,7 @@ SurfaceForce patch_force(const SurfaceContact &c, double offset, const FacetPlan
     on_facet.add(facet, -P, c.middle.xi, c.middle.eta, c.middle.h);
   }
 
-  // both normals
-  const Vec3 off = (c.point.xi - c.held_xi.value) * facet.a +
-      (c.point.eta - c.held_eta.value) * facet.b + c.point.h * facet.normal;
-  on_own.a += off.dot(own.to_xi) * u;
-  on_own.b += off.dot(own.to_eta) * u;
-  const double by_facing = pair.stiffness * c.d_facing * c.share_xi * c.share_eta * psi.energy -
-      by_held * c.at_held / c.cosine;
+  if (by_facing == 0.0) return r;
   on_own.a -= by_facing * own.to_xi.dot(facet.normal) * own.normal;
   on_own.b -= by_facing * own.to_eta.dot(facet.normal) * own.normal;
   on_facet.a -= by_facing * facet.to_xi.dot(own.normal) * facet.normal;
@@ -294,42 +313,24 @@ SurfaceForce patch_force(const SurfaceContact &c, double offset, const FacetPlan
   return r;
 }
 
-namespace {
-
-  SurfaceContact sphere_at(const LocalPoint &at, double r, const SurfacePair &pair)
-  {
-    SurfaceContact c;
-    c.point = c.middle = at;
-    c.raw_depth = r - at.h;
-    c.facing = 1.0;
-    c.d_facing = 0.0;
-    if (c.raw_depth <= 0.0 || !take_share(c, pair, 1.0)) {
-      c.share = 0.0;
-      return c;
-    }
-    if (far_from_rims(c.middle, pair, c.raw_depth)) {
-      c.depth = c.raw_depth;
-      for (double &l : c.limited) l = 1.0;
-      return c;
-    }
-    const double reach[2] = {r / pair.half_xi, r / pair.half_eta};
-    double way[4];
-    ways_to_rims(c.middle, reach, pair, way);
-    limit_depth(c, way);
-    return c;
+bool sphere_on_facet(const LocalPoint &centre, double r, const SurfacePair &pair, SurfaceContact &c)
+{
+  c.point = c.middle = centre;
+  c.raw_depth = r - centre.h;
+  c.facing = 1.0;
+  c.d_facing = 0.0;
+  c.share = 0.0;
+  if (c.raw_depth <= 0.0 || !take_share(c, pair, 1.0)) return false;
+  if (far_from_rims(c.middle, pair, c.raw_depth)) {
+    c.depth = c.raw_depth;
+    for (double &l : c.limited) l = 1.0;
+    return true;
   }
-
-}    // namespace
-
-SurfaceContact sphere_on_facet(const Vec3 &centre, double r, const FacetPlane &facet,
-                               const SurfacePair &pair)
-{
-  return sphere_at(local_point(facet, centre), r, pair);
-}
-
-SurfaceContact point_on_facet(const LocalPoint &at, const SurfacePair &pair)
-{
-  return sphere_at(at, 0.0, pair);
+  const double reach[2] = {r / pair.half_xi, r / pair.half_eta};
+  double way[4];
+  ways_to_rims(c.middle, reach, pair, way);
+  limit_depth(c, way);
+  return true;
 }
 
 SurfaceForce sphere_force(const SurfaceContact &c, double offset, double r, const FacetPlane &facet,

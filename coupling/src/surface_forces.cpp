@@ -58,7 +58,29 @@ namespace {
     int patch;    // index into patches, -1 for a sphere
     SurfacePair pair;
     SurfaceContact contact;
-    double weight;    // of its depth in the mean depth
+    double weight;    // of its depth in the mean depth, then its force along the normal
+  };
+
+  /// Those of one point. Kept from point to point and filled in place: what is left in them of the last
+  /// point is not read.
+  class ActiveList {
+   public:
+    void clear() { count = 0; }
+    bool empty() const { return count == 0; }
+    Active &add()
+    {
+      if (count == list.size()) list.resize(2 * count + 8);
+      return list[count++];
+    }
+    void drop_last() { --count; }
+    Active *begin() { return list.data(); }
+    Active *end() { return list.data() + count; }
+    const Active *begin() const { return list.data(); }
+    const Active *end() const { return list.data() + count; }
+
+   private:
+    std::vector<Active> list;
+    size_t count = 0;
   };
 
   class Loop {
@@ -84,15 +106,17 @@ namespace {
     ContactMemory &memory;
     std::vector<double> *energy_of;
     SurfaceResult result;
-    std::vector<Active> active;
+    ActiveList active;
 
     void add_load(const ContactFacet &facet, const FacetLoad &load)
     {
       for (int k = 0; k < 4; ++k) add_at(a.f, facet.node[k], load.on_node(k));
     }
 
-    void add_virial(const Mat3 &w)
+    void add_virial(const FacetPlane &g, const FacetLoad &load, const Vec3 &origin)
     {
+      if (!a.virial) return;
+      const Mat3 w = load.virial(g, origin);
       result.virial[0] += w(0, 0);
       result.virial[1] += w(1, 1);
       result.virial[2] += w(2, 2);
@@ -130,8 +154,7 @@ namespace {
         const ContactPatch &patch = t.patches[one.patch];
         return patch_on_facet(plane_before(t.facets[patch.facet]), patch.corner, p, g, one.pair);
       }
-      return cp.r > 0.0 ? sphere_on_facet(p, cp.r, g, one.pair)
-                        : point_on_facet(local_point(g, p), one.pair);
+      return sphere_on_facet(p, cp.r, g, one.pair);
     }
 
     /// If it crossed the depth to which points are followed in this step, inwards or (sign < 0) outwards: the
@@ -153,11 +176,11 @@ namespace {
           {cp.atom, one.facet, one.contact.raw_depth, sign * energy, sign > 0.0});
     }
 
-    /// The last one of `active`, if it presses.
-    void keep_active(const ContactPoint &cp)
+    /// The last one of `active` presses, or is dropped. touches: it has a share.
+    void keep_active(const ContactPoint &cp, bool touches)
     {
-      const Active &one = active.back();
-      if (one.contact.share > 0.0) {
+      const Active &one = *(active.end() - 1);
+      if (touches) {
         if (one.contact.raw_depth > one.pair.depth_max)
           cross_limit(cp, one, 1.0);
         else if (one.contact.depth > 0.0) {
@@ -166,35 +189,76 @@ namespace {
           return;
         }
       }
-      active.pop_back();
+      active.drop_last();
     }
 
-    static SurfacePair pair_of(const ContactFacet &facet, double stiffness, double half,
-                               double depth_max)
+    Active &add_active(int index, int patch, const ContactFacet &facet, double stiffness,
+                       double half, double depth_max)
     {
-      SurfacePair pair{stiffness,     half / facet.half_xi, half / facet.half_eta,
-                       facet.half_xi, facet.half_eta,       depth_max};
-      for (int e = 0; e < 4; ++e) pair.rim[e] = facet.rim[e];
-      return pair;
+      Active &one = active.add();
+      one.facet = index;
+      one.patch = patch;
+      SurfacePair &pair = one.pair;
+      pair.stiffness = stiffness;
+      pair.t_xi = half / facet.half_xi;
+      pair.t_eta = half / facet.half_eta;
+      pair.half_xi = facet.half_xi;
+      pair.half_eta = facet.half_eta;
+      pair.depth_max = depth_max;
+      std::copy_n(facet.rim, 4, pair.rim);
+      return one;
+    }
+
+    /// The patches of a node side by side, for all facets that it is looked at against.
+    struct OwnPatch {
+      Vec3 normal;
+      double quarter, area, half, k_area;
+    };
+    std::vector<OwnPatch> own_patches;
+    bool own_equal = false;    // all of one size and stiffness
+
+    void gather_own_patches(const ContactPoint &cp)
+    {
+      own_patches.resize(cp.nown);
+      own_equal = true;
+      for (int m = 0; m < cp.nown; ++m) {
+        const int facet = t.patches[cp.own + m].facet;
+        const ContactFacet &own = t.facets[facet];
+        OwnPatch &patch = own_patches[m];
+        patch.normal = t.planes[facet].normal;
+        patch.area = own.area;
+        patch.quarter = 0.25 * own.area;
+        patch.half = 0.5 * std::min(own.half_xi, own.half_eta);
+        patch.k_area = own.k_area;
+        // but for rounding of coordinates
+        const OwnPatch &first = own_patches[0];
+        own_equal = own_equal && patch.k_area == first.k_area &&
+            std::abs(patch.area - first.area) <= 1e-12 * first.area &&
+            std::abs(patch.half - first.half) <= 1e-12 * first.half;
+      }
     }
 
     void find_active_of_node(const ContactPoint &cp, const Vec3 &p)
     {
+      bool gathered = false;
       for (int k = cp.first; k < cp.first + cp.count; ++k) {
-        const ContactFacet &facet = t.facets[t.candidates[k]];
         const FacetPlane &g = t.planes[t.candidates[k]];
-        const double h = (p - g.mid).dot(g.normal);
-        if (h >= 0.0 || h < -1.5 * facet.depth_max) continue;
-        const LocalPoint at = local_point(g, p);
+        const Vec3 off = p - g.mid;
+        const double h = off.dot(g.normal);
+        if (h >= 0.0) continue;
+        const ContactFacet &facet = t.facets[t.candidates[k]];
+        if (h < -1.5 * facet.depth_max) continue;
+        const LocalPoint at = {off.dot(g.to_xi), off.dot(g.to_eta), h};
         const double beside[2] = {(std::abs(at.xi) - 1.0) * facet.half_xi,
                                   (std::abs(at.eta) - 1.0) * facet.half_eta};
         if (beside[0] > 1.1 * cp.half || beside[1] > 1.1 * cp.half) continue;
+        if (!gathered) gather_own_patches(cp);
+        gathered = true;
         if (!whole_node(cp, t.candidates[k], at)) patches_of_node(cp, t.candidates[k], p);
       }
       if (active.empty()) return;
       double area = 0.0;
-      for (int m = cp.own; m < cp.own + cp.nown; ++m)
-        area += 0.25 * t.facets[t.patches[m].facet].area;
+      for (const OwnPatch &own : own_patches) area += own.quarter;
       for (Active &one : active) one.weight /= area;
     }
 
@@ -205,19 +269,26 @@ namespace {
       const ContactFacet &facet = t.facets[index];
       const Vec3 &n = t.planes[index].normal;
       double stiffness = 0.0, area = 0.0, half = 0.0;
-      for (int m = cp.own; m < cp.own + cp.nown; ++m) {
-        const ContactFacet &own = t.facets[t.patches[m].facet];
-        const double c = -t.planes[t.patches[m].facet].normal.dot(n);
+      int facing = 0;
+      for (const OwnPatch &own : own_patches) {
+        const double c = -own.normal.dot(n);
         if (c <= facing_limit) continue;
         if (c < parallel_limit) return false;
-        const double its = 0.5 * std::min(own.half_xi, own.half_eta);
-        if (half > 0.0 && its != half) return false;
-        half = its;
-        const double share = 0.25 * own.area * side_weight(own.area, facet.area);
+        ++facing;
+        if (own_equal) continue;
+        if (half == 0.0) half = own.half;
+        if (std::abs(own.half - half) > 1e-12 * half) return false;
+        const double share = own.quarter * side_weight(own.area, facet.area);
         stiffness += softer(own.k_area, facet.k_area) * share;
         area += share;
       }
-      if (area == 0.0) return true;
+      if (facing == 0) return true;
+      if (own_equal) {
+        const OwnPatch &own = own_patches[0];
+        half = own.half;
+        area = facing * own.quarter * side_weight(own.area, facet.area);
+        stiffness = softer(own.k_area, facet.k_area) * area;
+      }
       // the middle of a patch is not farther from its node than 0.65 times their reach
       const double clear = 0.65 * cp.half + std::max(half, -2.0 * at.h);
       const double way[4] = {(1.0 - at.xi) * facet.half_xi, (1.0 + at.xi) * facet.half_xi,
@@ -226,14 +297,9 @@ namespace {
         if (facet.rim[e] && way[e] < clear) return false;
       for (int e = 0; e < 4; ++e)
         if (!facet.rim[e] && way[e] <= -half) return true;    // its share is 0
-      active.emplace_back();
-      Active &one = active.back();
-      one.facet = index;
-      one.patch = -1;
-      one.pair = pair_of(facet, stiffness, half, facet.depth_max);
+      Active &one = add_active(index, -1, facet, stiffness, half, facet.depth_max);
       one.weight = area;
-      one.contact = point_on_facet(at, one.pair);
-      keep_active(cp);
+      keep_active(cp, sphere_on_facet(at, 0.0, one.pair, one.contact));
       return true;
     }
 
@@ -241,21 +307,17 @@ namespace {
     {
       const ContactFacet &facet = t.facets[index];
       const FacetPlane &g = t.planes[index];
-      for (int m = cp.own; m < cp.own + cp.nown; ++m) {
-        const ContactPatch &patch = t.patches[m];
-        const ContactFacet &own = t.facets[patch.facet];
-        const FacetPlane &o = t.planes[patch.facet];
-        if (-o.normal.dot(g.normal) <= facing_limit) continue;
-        active.emplace_back();
-        Active &one = active.back();
-        one.facet = index;
-        one.patch = m;
-        one.pair = pair_of(facet, softer(own.k_area, facet.k_area) * 0.25 * own.area,
-                           0.5 * std::min(own.half_xi, own.half_eta), facet.depth_max);
+      for (int m = 0; m < cp.nown; ++m) {
+        const OwnPatch &own = own_patches[m];
+        if (-own.normal.dot(g.normal) <= facing_limit) continue;
+        const ContactPatch &patch = t.patches[cp.own + m];
+        Active &one =
+            add_active(index, cp.own + m, facet, softer(own.k_area, facet.k_area) * own.quarter,
+                       own.half, facet.depth_max);
         one.pair.weight = {side_weight(own.area, facet.area), cp.sharp};
-        one.weight = 0.25 * own.area;
-        one.contact = patch_on_facet(o, patch.corner, p, g, one.pair);
-        keep_active(cp);
+        one.weight = own.quarter;
+        keep_active(
+            cp, patch_on_facet(t.planes[patch.facet], patch.corner, p, g, one.pair, one.contact));
       }
     }
 
@@ -264,22 +326,19 @@ namespace {
       for (int k = cp.first; k < cp.first + cp.count; ++k) {
         const ContactFacet &facet = t.facets[t.candidates[k]];
         const FacetPlane &g = t.planes[t.candidates[k]];
-        const Vec3 del = p - g.mid;
-        const double h = del.dot(g.normal);
+        const Vec3 off = p - g.mid;
+        const double h = off.dot(g.normal);
         if (h >= cp.r || h < -1.5 * facet.depth_max) continue;
-        const double t_xi = cp.half / facet.half_xi, t_eta = cp.half / facet.half_eta;
-        if (std::abs(del.dot(g.to_xi)) >= 1.0 + t_xi || std::abs(del.dot(g.to_eta)) >= 1.0 + t_eta)
+        const LocalPoint at = {off.dot(g.to_xi), off.dot(g.to_eta), h};
+        if ((std::abs(at.xi) - 1.0) * facet.half_xi >= cp.half ||
+            (std::abs(at.eta) - 1.0) * facet.half_eta >= cp.half)
           continue;
         if (memory.tied(cp.atom, facet.element)) continue;
-        active.emplace_back();
-        Active &one = active.back();
-        one.facet = t.candidates[k];
-        one.patch = -1;
-        one.pair = pair_of(facet, softer(cp.k_own, facet.k_area) * cp.area, cp.half,
-                           cp.r + facet.depth_max);
+        Active &one =
+            add_active(t.candidates[k], -1, facet, softer(cp.k_own, facet.k_area) * cp.area,
+                       cp.half, cp.r + facet.depth_max);
         one.weight = 1.0;
-        one.contact = sphere_on_facet(p, cp.r, g, one.pair);
-        keep_active(cp);
+        keep_active(cp, sphere_on_facet(at, cp.r, one.pair, one.contact));
       }
     }
 
@@ -302,30 +361,40 @@ namespace {
       return push;
     }
 
+    /// Of the point against the nodes of its facets and of those that it presses on, or any that is
+    /// `enough`.
+    double largest_speed(const ContactPoint &cp, double enough) const
+    {
+      const Vec3 v = vector_at(a.v, cp.atom);
+      double square = 0.0;
+      for (const Active &one : active) {
+        for (int node : t.facets[one.facet].node)
+          square = std::max(square, (v - vector_at(a.v, node)).squaredNorm());
+        if (one.patch >= 0)
+          for (int node : t.facets[t.patches[one.patch].facet].node)
+            square = std::max(square, (v - vector_at(a.v, node)).squaredNorm());
+        if (square > enough * enough) break;
+      }
+      return std::sqrt(square);
+    }
+
     /// The overlap of this step against that of the last one and what motion can have made of it.
-    void update_history(const ContactPoint &cp, ContactHistory &history, double depth)
+    /// depth: mean depth, each patch with its share of `share` in all; what it has got deeper at once is as
+    /// much deeper everywhere.
+    void update_history(const ContactPoint &cp, ContactHistory &history, double depth, double share)
     {
       double deepest = 0.0;
       for (const Active &one : active) deepest = std::max(deepest, one.contact.depth);
-      double allowed = history.depth + 1e-6 * t.facets[active[0].facet].half_xi;
-      if (depth > allowed && a.moving) {
-        const Vec3 v = vector_at(a.v, cp.atom);
-        double speed = 0.0;
-        for (const Active &one : active)
-          for (int k = 0; k < 4; ++k) {
-            speed = std::max(speed, (v - vector_at(a.v, t.facets[one.facet].node[k])).norm());
-            if (one.patch >= 0)
-              speed = std::max(
-                  speed, (v - vector_at(a.v, t.facets[t.patches[one.patch].facet].node[k])).norm());
-          }
-        allowed += growth * a.dt * speed;
-      }
+      double allowed = history.depth + 1e-6 * t.facets[active.begin()->facet].half_xi;
+      if (depth > allowed && a.moving)
+        allowed += growth * a.dt * largest_speed(cp, (depth - allowed) / (growth * a.dt));
+      const double offset = history.depth > 0.0 ? history.offset + (depth - history.depth) / share
+                                                : deepest;
       if (depth > allowed && memory.inherits(cp.atom, cp.part)) {
-        const double offset = history.offset + depth - history.depth;
         result.inherited.push_back(
-            {cp.atom, active[0].facet, depth, energy_at(history.offset) - energy_at(offset)});
+            {cp.atom, active.begin()->facet, depth, energy_at(history.offset) - energy_at(offset)});
       } else if (depth > allowed) {
-        history.offset = history.depth > 0.0 ? history.offset + depth - history.depth : deepest;
+        history.offset = offset;
         history.eased = a.moving ? 0.0 : 1.0;
         if (history.offset > result.offset_max) {
           result.offset_max = history.offset;
@@ -367,13 +436,16 @@ namespace {
         }
         return;
       }
-      double depth = 0.0;
-      for (const Active &one : active) depth += one.weight * one.contact.share * one.contact.depth;
+      double depth = 0.0, share = 0.0;
+      for (const Active &one : active) {
+        share += one.weight * one.contact.share;
+        depth += one.weight * one.contact.share * one.contact.depth;
+      }
       if (!history) {
         history = &memory.make(cp.atom, cp.part);
         *history = ContactHistory{};
       }
-      update_history(cp, *history, depth);
+      update_history(cp, *history, depth, share);
 
       Vec3 on_point = Vec3::Zero(), normal = Vec3::Zero();
       double pushes = 0.0, stiffness = 0.0, energy = 0.0;
@@ -391,7 +463,7 @@ namespace {
                           on_own, load);
           if (r.normal != 0.0) {
             add_load(t.facets[patch.facet], on_own);
-            add_virial(on_own.virial(o, p));
+            add_virial(o, on_own, p);
           }
         }
         one.weight = r.normal;    // from here on: the force
@@ -401,7 +473,7 @@ namespace {
         stiffness += one.pair.stiffness * one.contact.share;
         normal += r.normal * g.normal;
         add_load(facet, load);
-        add_virial(load.virial(g, p));
+        add_virial(g, load, p);
       }
       result.energy += energy;
       if (a.friction > 0.0 && pushes > 0.0)
@@ -450,7 +522,7 @@ namespace {
         FacetLoad load;
         load.add(g, -one.weight / pushes * r.force, at.xi, at.eta, sphere ? 0.0 : at.h);
         add_load(t.facets[one.facet], load);
-        add_virial(load.virial(g, p));
+        add_virial(g, load, p);
       }
       return r.force;
     }
@@ -525,7 +597,7 @@ namespace {
       }
       add_at(a.f, i, force);
       add_load(facet, load);
-      add_virial(load.virial(g, c));
+      add_virial(g, load, c);
     }
 
     double height_before(const ContactBall &pair) const

@@ -76,14 +76,15 @@ struct Cells {
   }
 };
 
-/// Items with a position, double x[3], sorted by cells. Those within the size of a cell of a place are
-/// in the 27 cells around it, which are nine runs of items.
+/// Items with a position, double x[3], sorted by cells. Those within `size` of a place are in the cells
+/// around it, `far` in each direction (1: 27 cells, which are nine runs of items; more: cells are smaller,
+/// and less is looked at that is too far away).
 template <class Item> class CellList {
  public:
-  CellList(std::vector<Item> &&unsorted, double size)
+  CellList(std::vector<Item> &&unsorted, double size, int far_ = 1) : far(far_)
   {
     for (const auto &item : unsorted) cells.add(item.x);
-    cells.divide(size);
+    cells.divide(size / far);
     start.assign(cells.count() + 1, 0);
     std::vector<size_t> cell(unsorted.size());
     for (size_t k = 0; k < unsorted.size(); k++) {
@@ -97,19 +98,31 @@ template <class Item> class CellList {
   }
   const std::vector<Item> &all() const { return items; }
 
+  size_t cell_of(const double *x) const { return cells.of(x); }
+  /// Of each cell: what bits(item) says of the items in it and in those around it.
+  template <class F> std::vector<unsigned> bits_around(F bits) const
+  {
+    std::vector<unsigned> all(cells.count(), 0);
+    for (size_t c = 0; c < all.size(); c++)
+      for (int k = start[c]; k < start[c + 1]; k++) all[c] |= bits(items[k]);
+    cells.spread(all, far);
+    return all;
+  }
+
   /// f(first, last) for each run of indices into all().
   template <class F> void runs_around(const double *x, F f) const
   {
     if (items.empty()) return;
     int c[3];
     cells.of(x, c);
-    const int x0 = std::max(c[0] - 1, 0), x1 = std::min(c[0] + 1, cells.n[0] - 1);
-    for (int k = std::max(c[2] - 1, 0); k <= std::min(c[2] + 1, cells.n[2] - 1); k++)
-      for (int j = std::max(c[1] - 1, 0); j <= std::min(c[1] + 1, cells.n[1] - 1); j++)
+    const int x0 = std::max(c[0] - far, 0), x1 = std::min(c[0] + far, cells.n[0] - 1);
+    for (int k = std::max(c[2] - far, 0); k <= std::min(c[2] + far, cells.n[2] - 1); k++)
+      for (int j = std::max(c[1] - far, 0); j <= std::min(c[1] + far, cells.n[1] - 1); j++)
         f(start[cells.index(x0, j, k)], start[cells.index(x1, j, k) + 1]);
   }
 
  private:
+  int far;
   Cells cells;
   std::vector<int> start;    // per cell, and the end
   std::vector<Item> items;

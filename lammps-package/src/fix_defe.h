@@ -333,6 +333,7 @@ class FixDefe : public Fix {
   friend class DefeSurfaceSearch;
   friend class DefeContactMemory;
   defe::SurfaceTables surface;
+  std::shared_ptr<class DefeSurfaceSearch> surface_search;
   std::vector<std::array<int, 4>> facet_nodes;    // of its facets, closely packed
   bool planes_fresh = false;                      // they are of the positions now
   void pack_facet_nodes();

@@ -42,6 +42,25 @@ using defe::fe::HexCoords;
 // on each other: facing_limit / 3 less what normals may turn until the next search.
 static constexpr double OPPOSED = 0.04;
 
+// a node's facet looks against another one from here on: facing_limit less what normals may turn
+static constexpr double LOOKS = defe::facing_limit - 0.15;
+
+// A bit for each direction along an axis, +x, -x, +y, ..., in which a normal has a component. Two normals
+// with n.m < -LOOKS have components of opposite sign above LOOKS / 3 on some axis.
+static unsigned directions(const double *normal)
+{
+  unsigned bits = 0;
+  for (int d = 0; d < 3; d++) {
+    if (normal[d] > 0.3 * LOOKS) bits |= 1u << (2 * d);
+    if (normal[d] < -0.3 * LOOKS) bits |= 2u << (2 * d);
+  }
+  return bits;
+}
+static unsigned opposite(unsigned bits)
+{
+  return ((bits & 21u) << 1) | ((bits >> 1) & 21u);
+}
+
 // faces at an edge that form an angle of more than 30 degrees: a rim
 static constexpr double RIM_COSINE = 0.866;
 
@@ -56,12 +75,12 @@ static double dist_sq(const double *a, const double *b)
 
 namespace LAMMPS_NS {
 
-/** Finds facets near points, who may touch what; once per reneighbouring. */
+/** Finds facets near points, who may touch what; once per reneighbouring. Keeps its memory: new pages
+    would cost more than the search. */
 class DefeSurfaceSearch {
  public:
   explicit DefeSurfaceSearch(FixDefe *host) :
-      fix(*host), atom(host->atom), domain(host->domain), table(host->surface), x(host->atom->x),
-      nlocal(host->atom->nlocal), skin(host->neighbor->skin)
+      fix(*host), atom(host->atom), domain(host->domain), table(host->surface)
   {
   }
   void run();
@@ -71,9 +90,10 @@ class DefeSurfaceSearch {
   Atom *atom;
   Domain *domain;
   defe::SurfaceTables &table;
-  double **x;
-  const int nlocal;
-  const double skin;
+  double **x = nullptr;
+  int nlocal = 0;
+  double skin = 0.0;
+  void begin();
 
   struct Exposed {
     const HexPod *hex;
@@ -84,6 +104,7 @@ class DefeSurfaceSearch {
 
   struct Face {
     int hex, face;    // index into around, local number
+    int node[4];
     double centre[3], normal[3];
     double extent;    // squared distance of its farthest node
     size_t cell;
@@ -97,12 +118,14 @@ class DefeSurfaceSearch {
     double centre[3], extent;
     int hex, face;    // face: index into all_faces
     bool outer, mine, complete, used;
+    unsigned directions;    // of its normal
   };
   std::vector<Side> sides;
 
   struct Point {
     int atom, part;
-    double r, aside;    // how far beside a facet it still counts
+    double r, aside;     // how far beside a facet it still counts
+    unsigned against;    // directions of normals that it may press on
   };
   std::vector<Point> points;
   std::vector<int> part_of;                  // of owned nodes on outer faces
@@ -122,8 +145,9 @@ class DefeSurfaceSearch {
   }
   std::vector<int> first_face, faces_at;    // all faces at each atom
   void list_faces_of_atoms();
-  const int *nodes_of(int face, int *node) const;
-  defe::Vec3 reference_normal(int face) const;
+  std::vector<Vec3> normals;    // of all faces in the reference configuration
+  std::vector<char> normal_known;
+  const Vec3 &reference_normal(int face);
   void find_rims(int facet);
   std::vector<char> sharp_node;    // of owned nodes: 0 no, 1 yes, 2 not looked at
   bool sharp(int node);
@@ -152,15 +176,34 @@ void FixDefe::build_surfaces()
   fresh.clear();
   for (int i : jt.self)
     if (i < atom->nlocal && touch[i] && touch[i]->fresh) fresh.push_back(i);
-  if (contact_factor > 0.0) DefeSurfaceSearch(this).run();
+  if (!(contact_factor > 0.0)) return;
+  if (!surface_search) surface_search = std::make_shared<DefeSurfaceSearch>(this);
+  surface_search->run();
+}
+
+void DefeSurfaceSearch::begin()
+{
+  x = atom->x;
+  nlocal = atom->nlocal;
+  skin = fix.neighbor->skin;
+  around.clear();
+  ghost_idx.clear();
+  all_faces.clear();
+  extent_max = 0.0;
+  balls.clear();
+  large_balls.clear();
+  sides.clear();
+  points.clear();
+  near.clear();
+  sharp_node.assign(nlocal, 2);
 }
 
 void DefeSurfaceSearch::run()
 {
+  begin();
   gather_elements();
   make_faces();
   list_faces_of_atoms();
-  sharp_node.assign(nlocal, 2);
   choose_facets();
   fix.pack_facet_nodes();
   fix.update_planes();
@@ -232,10 +275,13 @@ void DefeSurfaceSearch::make_faces()
   for (size_t e = 0; e < around.size(); e++)
     for (int f = 0; f < 6; f++) {
       if (around[e].hex->nb[f] > 0) continue;
-      const double *p[4];
-      for (int a = 0; a < 4; a++) p[a] = coords + 3 * around[e].idx[defe::fe::hex_face[f][a]];
       all_faces.emplace_back();
       Face &face = all_faces.back();
+      const double *p[4];
+      for (int a = 0; a < 4; a++) {
+        face.node[a] = around[e].idx[defe::fe::hex_face[f][a]];
+        p[a] = coords + 3 * static_cast<std::ptrdiff_t>(face.node[a]);
+      }
       face.hex = static_cast<int>(e);
       face.face = f;
       face.extent = 0.0;
@@ -322,8 +368,7 @@ void DefeSurfaceSearch::add_facet(const Face &face)
   defe::ContactFacet facet;
   facet.element = h.id;
   facet.part = h.part;
-  for (int k = 0; k < 4; k++)
-    facet.node[k] = around[face.hex].idx[defe::fe::hex_face[face.face][k]];
+  for (int k = 0; k < 4; k++) facet.node[k] = face.node[k];
   facet.k_area = fix.material_of(fix.parts[h.part]).rigid() ? -1.0 : 0.0;
   facet.area = facet.half_xi = facet.half_eta = facet.depth_max = 0.0;    // see complete()
   for (bool &rim : facet.rim) rim = true;
@@ -337,6 +382,7 @@ void DefeSurfaceSearch::add_facet(const Face &face)
   side.outer = facet.outer;
   side.mine = (around[face.hex].idx[0] < nlocal);
   side.complete = side.used = false;
+  side.directions = directions(face.normal);
   sides.push_back(side);
 }
 
@@ -373,49 +419,42 @@ void DefeSurfaceSearch::list_faces_of_atoms()
 {
   const int nall = nlocal + atom->nghost;
   first_face.assign(nall + 1, 0);
-  int node[4];
-  for (size_t f = 0; f < all_faces.size(); f++)
-    for (int k = 0; k < 4; k++) first_face[nodes_of(static_cast<int>(f), node)[k] + 1]++;
+  for (const auto &face : all_faces)
+    for (int node : face.node) first_face[node + 1]++;
   for (int i = 0; i < nall; i++) first_face[i + 1] += first_face[i];
   faces_at.resize(first_face[nall]);
   std::vector<int> next(first_face.begin(), first_face.end() - 1);
   for (size_t f = 0; f < all_faces.size(); f++)
-    for (int k = 0; k < 4; k++)
-      faces_at[next[nodes_of(static_cast<int>(f), node)[k]]++] = static_cast<int>(f);
+    for (int node : all_faces[f].node) faces_at[next[node]++] = static_cast<int>(f);
+  normals.resize(all_faces.size());
+  normal_known.assign(all_faces.size(), 0);
 }
 
-const int *DefeSurfaceSearch::nodes_of(int face, int *node) const
+const Vec3 &DefeSurfaceSearch::reference_normal(int face)
 {
-  const Face &f = all_faces[face];
-  for (int k = 0; k < 4; k++) node[k] = around[f.hex].idx[defe::fe::hex_face[f.face][k]];
-  return node;
-}
-
-Vec3 DefeSurfaceSearch::reference_normal(int face) const
-{
-  int node[4];
-  nodes_of(face, node);
+  Vec3 &n = normals[face];
+  if (normal_known[face]) return n;
+  normal_known[face] = 1;
+  const int *node = all_faces[face].node;
   double **X = fix.xframe;
-  return (Vec3(X[node[2]]) - Vec3(X[node[0]]))
-      .cross(Vec3(X[node[3]]) - Vec3(X[node[1]]))
-      .normalized();
+  n = (Vec3(X[node[2]]) - Vec3(X[node[0]])).cross(Vec3(X[node[3]]) - Vec3(X[node[1]])).normalized();
+  return n;
 }
 
 void DefeSurfaceSearch::find_rims(int k)
 {
   defe::ContactFacet &f = table.facets[k];
   const int face = sides[k].face;
-  const Vec3 n = reference_normal(face);
+  const Vec3 &n = reference_normal(face);
   static constexpr int edge_at[4] = {1, 3, 2, 0};    // xi = 1: nodes 1 and 2, ...
   for (int e = 0; e < 4; e++) {
     const int a = f.node[edge_at[e]], b = f.node[(edge_at[e] + 1) % 4];
     f.rim[e] = true;
-    for (int c = first_face[a]; c < first_face[a + 1]; c++) {
+    for (int c = first_face[a]; c < first_face[a + 1] && f.rim[e]; c++) {
       const int other = faces_at[c];
       if (other == face) continue;
-      int node[4];
-      nodes_of(other, node);
-      if (std::find(node, node + 4, b) == node + 4) continue;
+      const int *node = all_faces[other].node;
+      if (node[0] != b && node[1] != b && node[2] != b && node[3] != b) continue;
       if (reference_normal(other).dot(n) > RIM_COSINE) f.rim[e] = false;
     }
   }
@@ -517,15 +556,18 @@ void DefeSurfaceSearch::find_points()
     if (part_of[i] == MAXSMALLINT) continue;
     // a patch reaches beyond its node's place by its own size at the most
     double own = 0.0;
-    for (int c = first_corner[i]; c < first_corner[i + 1]; c++)
+    unsigned looks = 0;
+    for (int c = first_corner[i]; c < first_corner[i + 1]; c++) {
       own = std::max(own, sides[corners[c]].extent);
-    points.push_back({i, part_of[i], 0.0, 1.1 * own});
+      looks |= sides[corners[c]].directions;
+    }
+    points.push_back({i, part_of[i], 0.0, 1.1 * own, opposite(looks)});
   }
   const auto &jt = fix.jt;
   for (int d = 0; d < jt.nde; d++) {
     const int i = jt.self[d];
     points.push_back(
-        {i, jt.rec[d]->part, fix.outer_reach[i], 0.5 * std::sqrt(jt.rec[d]->outer_area)});
+        {i, jt.rec[d]->part, fix.outer_reach[i], 0.5 * std::sqrt(jt.rec[d]->outer_area), ~0u});
   }
 }
 
@@ -560,7 +602,7 @@ bool DefeSurfaceSearch::faces(int node, int facet) const
 {
   const Vec3 &n = table.planes[facet].normal;
   for (int c = first_corner[node]; c < first_corner[node + 1]; c++)
-    if (-table.planes[corners[c]].normal.dot(n) > defe::facing_limit - 0.15) return true;
+    if (-table.planes[corners[c]].normal.dot(n) > LOOKS) return true;
   return false;
 }
 
@@ -590,26 +632,45 @@ void DefeSurfaceSearch::find_near()
     double x[3];
     double extent;
     int part, facet;
+    unsigned directions;
   };
   struct SizeClass {
     double reach = 0.0;
     std::vector<Candidate> candidates;
   };
-  double most = 0.0;    // of what a point adds to a facet's own size
-  for (const auto &p : points)
-    most = std::max(most, p.r > 0.0 ? std::max(p.r, p.aside) : 1.5 * p.aside);
-  const double drift = 1.5 * skin;
-  std::map<int, SizeClass> classes;
-  for (size_t k = 0; k < sides.size(); k++) {
-    const double mine = 1.5 * sides[k].extent + most + drift;    // depths are below 0.5 extents
-    auto &c = classes[std::ilogb((1.5 * extent_max + most + drift) / mine)];
-    c.reach = std::max(c.reach, mine);
-    const double *at = sides[k].centre;
-    c.candidates.push_back(
-        {{at[0], at[1], at[2]}, sides[k].extent, table.facets[k].part, static_cast<int>(k)});
+  // of what a node and a DE add to a facet's own size: nodes' patches reach much farther
+  double most[2] = {0.0, 0.0};
+  for (const auto &p : points) {
+    double &its = most[p.r > 0.0];
+    its = std::max(its, p.r > 0.0 ? std::max(p.r, p.aside) : 1.5 * p.aside);
   }
-  std::vector<CellList<Candidate>> lists;
-  for (auto &c : classes) lists.emplace_back(std::move(c.second.candidates), c.second.reach);
+  const double drift = 1.5 * skin;
+  std::vector<CellList<Candidate>> lists[2];
+  std::vector<std::vector<unsigned>>
+      there;    // directions of the facets around each cell, for nodes
+  for (int kind = 0; kind < 2; kind++) {
+    if (most[kind] == 0.0) continue;    // none
+    std::map<int, SizeClass> classes;
+    for (size_t k = 0; k < sides.size(); k++) {
+      // depths are below 0.5 extents
+      const double mine = 1.5 * sides[k].extent + most[kind] + drift;
+      auto &c = classes[std::ilogb((1.5 * extent_max + most[kind] + drift) / mine)];
+      c.reach = std::max(c.reach, mine);
+      const double *at = sides[k].centre;
+      c.candidates.push_back({{at[0], at[1], at[2]},
+                              sides[k].extent,
+                              table.facets[k].part,
+                              static_cast<int>(k),
+                              sides[k].directions});
+    }
+    for (auto &c : classes) {
+      lists[kind].emplace_back(std::move(c.second.candidates), c.second.reach, 2);
+      if (kind == 0)
+        there.push_back(lists[kind].back().bits_around([](const Candidate &f) {
+          return f.directions;
+        }));
+    }
+  }
 
   const bool born_loose =
       fix.force->pair_match("defe/contact", 1) != nullptr;    // ties hold nothing
@@ -619,10 +680,13 @@ void DefeSurfaceSearch::find_near()
     const bool is_node = p.r == 0.0;
     const bool rigid = fix.material_of(fix.parts[p.part]).rigid();
     const size_t before = near.size();
-    for (const auto &list : lists)
+    for (size_t l = 0; l < lists[!is_node].size(); l++) {
+      const auto &list = lists[!is_node][l];
+      if (is_node && !(there[l][list.cell_of(xp)] & p.against)) continue;
       list.runs_around(xp, [&](int first, int last) {
         for (int c = first; c < last; c++) {
           const Candidate &f = list.all()[c];
+          if (is_node && !(f.directions & p.against)) continue;
           const double cut =
               1.5 * f.extent + (is_node ? 1.5 * p.aside : std::max(p.r, p.aside)) + drift;
           if (dist_sq(xp, f.x) > cut * cut) continue;
@@ -641,6 +705,7 @@ void DefeSurfaceSearch::find_near()
           near.emplace_back(static_cast<int>(n), f.facet);
         }
       });
+    }
     if (near.size() > before + 1)
       std::sort(near.begin() + before, near.end(), [&](const auto &a, const auto &b) {
         return by_identity(a.second, b.second);
@@ -847,6 +912,7 @@ defe::SurfaceArrays FixDefe::surface_arrays() const
   a.dt = update->dt;
   a.friction = contact_friction;
   a.moving = !update->setupflag && update->whichflag != 2;
+  a.virial = vflag_global;
   a.ease = dt_finite > 0.0 ? MIN(1.0, update->dt / (EASE_STEPS * dt_finite)) : 0.0;
   return a;
 }

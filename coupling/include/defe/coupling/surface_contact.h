@@ -133,8 +133,16 @@ struct SurfaceContact {
 
 /// \param own     facet of the patch; corner: which of its nodes
 /// \param node    that node's position
-SurfaceContact patch_on_facet(const FacetPlane &own, int corner, const Vec3 &node,
-                              const FacetPlane &facet, const SurfacePair &);
+/// False: no contact, and only the share (0) is set.
+bool patch_on_facet(const FacetPlane &own, int corner, const Vec3 &node, const FacetPlane &facet,
+                    const SurfacePair &, SurfaceContact &);
+inline SurfaceContact patch_on_facet(const FacetPlane &own, int corner, const Vec3 &node,
+                                     const FacetPlane &facet, const SurfacePair &pair)
+{
+  SurfaceContact c;
+  patch_on_facet(own, corner, node, facet, pair, c);
+  return c;
+}
 
 struct SurfaceForce {
   double energy;
@@ -147,10 +155,14 @@ SurfaceForce patch_force(const SurfaceContact &, double offset, const FacetPlane
                          FacetLoad &on_own, FacetLoad &on_facet);
 
 /// The same for a sphere of radius r, which is at depth r - h; t of the pair is for half its size.
-SurfaceContact sphere_on_facet(const Vec3 &centre, double r, const FacetPlane &facet,
-                               const SurfacePair &);
-/// A sphere of radius 0 at a place of which the local coordinates are known.
-SurfaceContact point_on_facet(const LocalPoint &, const SurfacePair &);
+bool sphere_on_facet(const LocalPoint &centre, double r, const SurfacePair &, SurfaceContact &);
+inline SurfaceContact sphere_on_facet(const Vec3 &centre, double r, const FacetPlane &facet,
+                                      const SurfacePair &pair)
+{
+  SurfaceContact c;
+  sphere_on_facet(local_point(facet, centre), r, pair, c);
+  return c;
+}
 SurfaceForce sphere_force(const SurfaceContact &, double offset, double r, const FacetPlane &facet,
                           const SurfacePair &, Vec3 &on_sphere, FacetLoad &on_facet);
 

@@ -89,8 +89,9 @@ struct SurfaceArrays {
   double *f, *torque;
   double dt;
   double friction;
-  bool moving;    ///< false: an evaluation without a step before it (setup, minimisation)
-  double ease;    ///< share of all offsets that goes in this step, 0 = they stay
+  bool moving;           ///< false: an evaluation without a step before it (setup, minimisation)
+  double ease;           ///< share of all offsets that goes in this step, 0 = they stay
+  bool virial = true;    ///< false: not asked for
 };
 
 /// A point that has got deeper than it can be followed.
