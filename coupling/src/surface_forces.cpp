@@ -107,6 +107,8 @@ namespace {
     std::vector<double> *energy_of;
     SurfaceResult result;
     ActiveList active;
+    // of this point in this step: energy that came from nothing, and that was let through
+    double returned = 0.0, lost = 0.0;
 
     void add_load(const ContactFacet &facet, const FacetLoad &load)
     {
@@ -172,8 +174,11 @@ namespace {
       for (const SurfaceContact *c : both)
         energy += 0.5 * one.pair.stiffness * c->share *
             penalty_potential(c->depth - offset, one.pair.depth_max).energy;
-      result.let_through.push_back(
-          {cp.atom, one.facet, one.contact.raw_depth, sign * energy, sign > 0.0});
+      if (sign > 0.0) {
+        lost += energy;
+        result.let_through.push_back({cp.atom, one.facet, one.contact.raw_depth, energy});
+      } else
+        returned += energy;
     }
 
     /// The last one of `active` presses, or is dropped. touches: it has a share.
@@ -247,10 +252,11 @@ namespace {
         const double h = off.dot(g.normal);
         if (h >= 0.0) continue;
         const ContactFacet &facet = t.facets[t.candidates[k]];
-        if (h < -1.5 * facet.depth_max) continue;
         const LocalPoint at = {off.dot(g.to_xi), off.dot(g.to_eta), h};
         const double beside[2] = {(std::abs(at.xi) - 1.0) * facet.half_xi,
                                   (std::abs(at.eta) - 1.0) * facet.half_eta};
+        // on its far side; beside a rim a node can be far below the plane, and its patch still press
+        if (h < -1.5 * facet.depth_max && beside[0] <= 0.0 && beside[1] <= 0.0) continue;
         if (beside[0] > 1.1 * cp.half || beside[1] > 1.1 * cp.half) continue;
         if (!gathered) gather_own_patches(cp);
         gathered = true;
@@ -342,23 +348,43 @@ namespace {
       }
     }
 
-    double energy_at(double offset) const
+    /// Energy of all that press, and -d energy / d offset.
+    Penalty all_at(double offset) const
     {
-      double energy = 0.0;
-      for (const Active &one : active)
-        energy += one.pair.stiffness * one.contact.share *
-            penalty_potential(one.contact.depth - offset, one.pair.depth_max).energy;
-      return energy;
+      Penalty sum{0.0, 0.0};
+      for (const Active &one : active) add_penalty(one, one.contact, offset, sum);
+      return sum;
+    }
+    double energy_at(double offset) const { return all_at(offset).energy; }
+
+    static void add_penalty(const Active &one, const SurfaceContact &c, double offset, Penalty &sum)
+    {
+      const double scale = one.pair.stiffness * c.share;
+      const Penalty psi = penalty_potential(c.depth - offset, one.pair.depth_max);
+      sum.energy += scale * psi.energy;
+      sum.force += scale * psi.force;
     }
 
-    /// -d energy_at / d offset
-    double push_at(double offset) const
+    /// What an offset that is raised in motion does to the energy. The kicks of velocity Verlet take half of the
+    /// work of this step with the force of the last evaluation and half with that of now, so that the total
+    /// changes by the mean over both places of the energy with the new offset less that with the old one, of
+    /// what pressed before. What did not press a step ago, at whatever depth it is found now, had no energy:
+    /// `history` knows what there was.
+    double raised(const ContactPoint &cp, const ContactHistory &history, double old_offset) const
     {
-      double push = 0.0;
-      for (const Active &one : active)
-        push += one.pair.stiffness * one.contact.share *
-            penalty_potential(one.contact.depth - offset, one.pair.depth_max).force;
-      return push;
+      Penalty now{0.0, 0.0}, before{0.0, 0.0}, old_now{0.0, 0.0}, old_before{0.0, 0.0};
+      for (const Active &one : active) {
+        add_penalty(one, one.contact, history.offset, now);
+        const SurfaceContact c = contact_before(cp, one);
+        if (!(c.share > 0.0)) continue;
+        add_penalty(one, c, history.offset, before);
+        if (c.raw_depth > one.pair.depth_max) continue;
+        add_penalty(one, c, old_offset, old_before);
+        add_penalty(one, one.contact, old_offset, old_now);
+      }
+      const bool known = std::abs(old_before.energy - history.energy) <= 1e-6 * history.energy;
+      const double had = known ? 0.5 * (old_before.energy + old_now.energy) : history.energy - lost;
+      return 0.5 * (before.energy + now.energy) - had;
     }
 
     /// Of the point against the nodes of its facets and of those that it presses on, or any that is
@@ -386,6 +412,7 @@ namespace {
       double deepest = 0.0;
       for (const Active &one : active) deepest = std::max(deepest, one.contact.depth);
       double allowed = history.depth + 1e-6 * t.facets[active.begin()->facet].half_xi;
+      if (a.minimizing) allowed = HUGE_VAL;
       if (depth > allowed && a.moving)
         allowed += growth * a.dt * largest_speed(cp, (depth - allowed) / (growth * a.dt));
       const double offset = history.depth > 0.0 ? history.offset + (depth - history.depth) / share
@@ -394,14 +421,18 @@ namespace {
         result.inherited.push_back(
             {cp.atom, active.begin()->facet, depth, energy_at(history.offset) - energy_at(offset)});
       } else if (depth > allowed) {
+        const double last = history.offset;
         history.offset = offset;
         history.eased = a.moving ? 0.0 : 1.0;
+        if (a.moving) returned = raised(cp, history, last);
         if (history.offset > result.offset_max) {
           result.offset_max = history.offset;
           result.offset_atom = cp.atom;
         }
         result.offset_count++;
       }
+      if (returned != 0.0)
+        result.let_through.push_back({cp.atom, active.begin()->facet, depth, -returned, false});
       history.depth = depth;
       const double before = history.offset;
       history.offset = std::min(history.offset, deepest);
@@ -409,7 +440,7 @@ namespace {
       if (a.moving) history.offset *= 1.0 - a.ease;
       // what easing puts in: the force on the offset, the mean of both steps, as the kicks of velocity
       // Verlet do with the forces on the atoms
-      const double push = push_at(history.offset);
+      const double push = all_at(history.offset).force;
       if (a.moving) result.eased += 0.5 * (history.push + push) * (before - history.offset);
       history.push = push;
     }
@@ -419,6 +450,7 @@ namespace {
       const ContactPoint &cp = t.points[index];
       const Vec3 p = vector_at(a.x, cp.atom);
       active.clear();
+      returned = lost = 0.0;
       if (cp.r > 0.0)
         find_active_of_sphere(cp, p);
       else
@@ -476,6 +508,7 @@ namespace {
         add_virial(g, load, p);
       }
       result.energy += energy;
+      history->energy = energy;
       if (a.friction > 0.0 && pushes > 0.0)
         on_point += friction_of_point(cp, *history, p, normal, pushes, stiffness);
       add_at(a.f, cp.atom, on_point);

@@ -912,6 +912,7 @@ defe::SurfaceArrays FixDefe::surface_arrays() const
   a.dt = update->dt;
   a.friction = contact_friction;
   a.moving = !update->setupflag && update->whichflag != 2;
+  a.minimizing = !update->setupflag && update->whichflag == 2;
   a.virial = vflag_global;
   a.ease = dt_finite > 0.0 ? MIN(1.0, update->dt / (EASE_STEPS * dt_finite)) : 0.0;
   return a;

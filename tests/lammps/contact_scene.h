@@ -92,6 +92,19 @@ inline Scene ball_on_bar(double fs, double v, double dt)
   return s;
 }
 
+/// Mean velocity of all atoms of this type.
+inline Vec3 velocity_of(const Particles &all, int type)
+{
+  Vec3 p = Vec3::Zero();
+  double m = 0.0;
+  for (const auto &one : all)
+    if (one.second.type == type) {
+      p += one.second.mass * one.second.v;
+      m += one.second.mass;
+    }
+  return p / m;
+}
+
 /// What a frictionless flight conserves, and how hard the bodies met.
 struct Flight {
   double energy0 = 0.0;      // total energy at the start

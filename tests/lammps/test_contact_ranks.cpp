@@ -1,9 +1,12 @@
 // Contacts that remember something are the same on any ranks and over a restart in their middle: overlaps that
-// are eased out, DEs that took over the contact of a ball, bodies of one part.
+// are eased out, DEs that took over the contact of a ball, bodies of one part. And what is said, once and by
+// one rank for all.
 //
 // timeout: 240
 
 #include "contact_scene.h"
+
+#include <gmock/gmock.h>
 
 #include <cmath>
 
@@ -136,4 +139,99 @@ TEST(SameResult, OverARestartInContact)
     for (size_t k = 0; k < now.size(); k++)
       EXPECT_NEAR(now[k], ledger[k], 1e-12 * (std::abs(ledger[k]) + std::abs(ledger[4]))) << k;
   }
+}
+
+// ---- what is said ----
+
+// by the word of the user
+TEST(Overlap, IsRefused)
+{
+  Scene s;
+  s.contact = "contact 0.2 overlap refuse";
+  for (int side : {-1, 1})
+    s.add(side < 0 ? "glass" : "pane", side < 0 ? 1 : 2, {4, 2, 2}, 2e-3, [&](const Vec3 &X) {
+      return Vec3(X + side * Vec3(4e-3 - 5e-6, 0.0, 0.0));
+    });
+  Lammps lmp;
+  s.start(lmp);
+  try {
+    lmp.run(0);
+    ADD_FAILURE() << "nothing was refused";
+  } catch (LAMMPS_NS::LAMMPSException &e) {
+    EXPECT_THAT(
+        e.what(),
+        testing::HasSubstr("18 contacts overlap before the first step, the deepest by 1e-05 "
+                           "(atom 5): move the bodies apart"));
+  }
+}
+
+// A ball has no memory by which it could be eased out: it is named, in the face and with its centre behind it.
+TEST(Overlap, BallIsNamed)
+{
+  for (const double deep : {1e-4, 2e-3, 4.5e-3})
+    for (const bool refuse : {false, true}) {
+      SCOPED_TRACE(deep);
+      Scene s;
+      if (refuse) s.contact += " overlap refuse";
+      s.add("glass", 1, {4, 4, 4}, 2e-3, [](const Vec3 &X) {
+        return X;
+      });
+      s.more = "create_atoms 3 single 0.0003 " + number(8e-3 - deep) +
+          " 0.0002\nset type 3 diameter 0.008 density 7800\ngroup ball type 3\nfix move3 ball "
+          "nve/sphere\n";
+      Lammps lmp;
+      WarningLog log(lmp, "ball.txt");
+      s.start(lmp);
+      const std::string said = "Contact of fix defe: ball 126 begins " +
+          std::string(deep == 1e-4       ? "0.0001"
+                          : deep == 2e-3 ? "0.002"
+                                         : "0.004") +
+          " deep in a face";
+      if (refuse) {
+        try {
+          lmp.run(0);
+          ADD_FAILURE() << "nothing was refused";
+        } catch (LAMMPS_NS::LAMMPSException &e) {
+          EXPECT_THAT(e.what(), testing::HasSubstr(said));
+        }
+        continue;
+      }
+      lmp.run(0);
+      lmp.run(0);
+      int named = 0;
+      for (const auto &line : log.warnings()) named += line.compare(0, said.size(), said) == 0;
+      EXPECT_EQ(named, 1);
+    }
+}
+
+// A ball that nothing can stop goes through: named once, with step and place, and counted; what that costs,
+// and what it gets as it leaves, is in entry 30, and so the total stays.
+TEST(LetThrough, FastBall)
+{
+  Scene s;
+  s.dt = 1e-9;
+  s.add("glass", 1, {4, 3, 3}, 2e-3, [](const Vec3 &X) {
+    return X;
+  });
+  s.more = "create_atoms 3 single 0.0003 0.0041 0.0002\nset type 3 diameter 0.002 density 7800\n"
+           "group ball type 3\nfix move3 ball nve/sphere\nvelocity ball set 0 -2000 0\n";
+  Lammps lmp;
+  WarningLog log(lmp, "fast.txt");
+  s.start(lmp);
+  const Flight f = fly(lmp, 6600);
+  EXPECT_EQ(f.through, 1.0);
+  EXPECT_GT(f.contact, 0.01);
+  EXPECT_EQ(f.left, 0.0);
+  EXPECT_LT(velocity_of(f.end, 3)[1], -1900.0);
+  EXPECT_LT(f.deviation, 1e-6);
+  EXPECT_LT(std::abs(lmp.value("f_fe[30]")), 1e-4 * f.energy0);    // on the way: 0.016
+  int named = 0;
+  for (const auto &line : log.warnings())
+    if (line.find("is let through") != std::string::npos) {
+      named++;
+      EXPECT_THAT(line,
+                  testing::StartsWith("Contact of fix defe: atom 81 got 0.001001 deep at step 554 "
+                                      "near 0.000300001 0.00299536 0.000199985"));
+    }
+  EXPECT_EQ(named, 1);
 }

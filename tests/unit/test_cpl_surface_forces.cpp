@@ -40,7 +40,7 @@ struct World {
   SurfaceTables tables;
   Memory memory;
   double dt = 1e-8, friction = 0.0, ease = 0.0;
-  bool moving = true;
+  bool moving = true, minimizing = false;
   struct Surface {
     int first_node, nodes, first_facet, facets;
   };
@@ -140,6 +140,7 @@ struct World {
     a.dt = dt;
     a.friction = friction;
     a.moving = moving;
+    a.minimizing = minimizing;
     a.ease = ease;
     a.virial = true;
     return a;
@@ -401,6 +402,56 @@ TEST(SurfaceForces, OverlapThatNoMotionMadePushesNothing)
   r = w.evaluate();
   EXPECT_EQ(r.offset_count, 0);
   EXPECT_NEAR(r.energy, k_area * block_area * psi(depth + more), 1e-9 * r.energy);
+}
+
+// Iterations of a minimiser have no velocity by which a point gets deeper, and still press it in
+TEST(SurfaceForces, IterationsOfAMinimizerMakeNoOffset)
+{
+  const double depth = 4e-5;
+  World w = block_on_plane(-1e-6);
+  w.moving = false;
+  SurfaceResult r = w.evaluate();
+  w.minimizing = true;
+  w.move(1, Vec3(0, 0, -1e-6 - depth));
+  r = w.evaluate();
+  EXPECT_EQ(r.offset_count, 0);
+  EXPECT_NEAR(w.force_on(1)[2], push_at(depth), 1e-12 * push_at(depth));
+  // an overlap at the start of a minimisation is one
+  World first = block_on_plane(depth);
+  first.moving = false;
+  r = first.evaluate();
+  EXPECT_EQ(r.offset_count, 32);
+  EXPECT_EQ(r.energy, 0.0);
+}
+
+// A jump that no motion has made (here to a place where all of the block is over the surface) has no work:
+// what it changes is booked, and the account stays closed
+TEST(SurfaceForces, OverlapRaisedInMotionIsBooked)
+{
+  const double depth = 4e-5;
+  // only the block's nodes press: those of the surface would lose what they press on at once
+  World w;
+  w.add_surface(Vec3::Zero(), 7, spacing, true);
+  w.add_surface(Vec3(2 * spacing, 2 * spacing, -depth), 3, spacing, false);
+  w.add_points(1, 0);
+  const double aside = 4.6 * spacing;
+  w.move(1, Vec3(aside, 0, 0));
+  w.let_overlap();
+  SurfaceResult r = w.evaluate();
+  r = w.evaluate();    // histories know their energy from here on
+  const double before = r.energy;
+  EXPECT_GT(before, 0.0);
+  EXPECT_LT(before, 0.4 * k_area * block_area * psi(depth));
+  w.move(1, Vec3(-aside, 0, -0.2 * depth));
+  r = w.evaluate();
+  EXPECT_GT(r.offset_count, 0);
+  EXPECT_GT(std::abs(r.energy - before), 1e-3 * before);
+  double booked = 0.0;
+  for (const auto &one : r.let_through) {
+    EXPECT_FALSE(one.counts);
+    booked += one.energy;
+  }
+  EXPECT_NEAR(r.energy + booked, before, 1e-12 * before);
 }
 
 // What stands for a contact that was there already has its overlap at once; its energy is reported

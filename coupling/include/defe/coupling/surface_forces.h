@@ -68,6 +68,7 @@ struct ContactHistory {
   double offset;      ///< depth that pushes nothing
   double shear[3];    ///< tangential displacement
   double stored;      ///< energy of the tangential spring
+  double energy;      ///< without the spring, at the last step
   double push;        ///< of an eased contact at the last step, on its offset
   double eased;    ///< 1: the offset is an overlap from before the first step, which is eased out
 };
@@ -89,9 +90,10 @@ struct SurfaceArrays {
   double *f, *torque;
   double dt;
   double friction;
-  bool moving;           ///< false: an evaluation without a step before it (setup, minimisation)
-  double ease;           ///< share of all offsets that goes in this step, 0 = they stay
-  bool virial = true;    ///< false: not asked for
+  bool moving;    ///< false: an evaluation without a step before it (setup, minimisation)
+  bool minimizing = false;    ///< an iteration: points get deeper without a speed
+  double ease;                ///< share of all offsets that goes in this step, 0 = they stay
+  bool virial = true;         ///< false: not asked for
 };
 
 /// A point that has got deeper than it can be followed.
