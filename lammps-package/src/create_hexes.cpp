@@ -82,13 +82,14 @@ void CreateHexes::command(int narg, char **arg)
     const char axis = "xyz"[k];
     const double from = line[k].front(), to = line[k].back();
     const bool below = domain->boundary[k][0] == 1 && from < domain->boxlo[k];
-    const bool above = domain->boundary[k][1] == 1 && to > domain->boxhi[k];
+    // an atom on the upper face of the box counts as outside
+    const bool above = domain->boundary[k][1] == 1 && to >= domain->boxhi[k];
     if (below || above)
-      error->all(
-          FLERR,
-          "Command create_hexes: mesh from {} to {} in {} reaches outside the box ({} to {}): "
-          "enlarge the box or use a shrink-wrapped boundary",
-          from, to, axis, domain->boxlo[k], domain->boxhi[k]);
+      error->all(FLERR,
+                 "Command create_hexes: mesh from {} to {} in {} reaches outside the box ({} to "
+                 "below {}): "
+                 "enlarge the box or use a shrink-wrapped boundary",
+                 from, to, axis, domain->boxlo[k], domain->boxhi[k]);
     if (domain->boundary[k][0] == 0 && to - from > domain->prd[k])
       error->all(FLERR,
                  "Command create_hexes: mesh from {} to {} in {} is longer than the periodic box "

@@ -506,6 +506,7 @@ double FixDefe::max_de_radius(int type) const
 
 void FixDefe::setup_pre_exchange()
 {
+  watch_walls();
   history_most = 0;
   for (int i = 0; i < atom->nlocal; i++)
     for (const auto &h : hexes[i])
@@ -695,6 +696,7 @@ void FixDefe::pre_exchange()
 
 void FixDefe::min_pre_exchange()
 {
+  watch_walls();
   provide_ghosts(longest_element());
 }
 
