@@ -193,6 +193,7 @@ class Gmsh(Case):
         hexes = block((2, 1, 1), 1.0)[1]
         text = self.old([self.row(4, 5, 5, hexes[0])]).read_text()
         self.refuse(self.write("half.msh", text[:len(text) // 2]), "cannot be read")
+        self.refuse(self.write("names.msh", text.replace("Names\n2\n", "Names\n3\n")), "$PhysicalNames", "names than it says")
         self.refuse(self.write("v4.msh", text.replace("2.2 0 8", "4 0 8")), "format 4 ", "MshFileVersion")
 
     def test_format_4_with_elements_in_no_group(self):
@@ -302,6 +303,8 @@ class Abaqus(Case):
                 (lambda t: t + "*NSET, NSET=s, GENERATE\n1, 2, 0\n", ["GENERATE needs"]),
                 (lambda t: t + "*NSET, NSET=a\nb\n*NSET, NSET=b\na\n", ["in each other"]),
                 (lambda t: t.replace("TYPE=C3D8", "TYPE=C3D8, OFFSET=3"), ["*ELEMENT", "OFFSET", "not supported"]),
+                (lambda t: "1, 2, 3\n" + t, ["'1, 2, 3' stands before the first keyword"]),
+                (lambda t: t + "*ELEMENTS, TYPE=C3D8\n", ["*ELEMENTS is not known", "*ELEMENT meant"]),
                 (lambda t: t + "*IMPERFECTION, FILE=f\n", ["*IMPERFECTION"]),
                 (lambda t: t + "*SOLID SECTION, ELSET=s, MATERIAL=m\n", ["no element set 's'"]),
                 (lambda t: t + "*NSET, NSET=s\n1, 200\n", ["node set 's'", "no node 200"]),
@@ -441,6 +444,8 @@ class Options(Case):
         data = self.convert(path, "--rename", "low=body", "--rename", "high=body")
         self.assertEqual(set(data.part.values()), {"body"})
         self.assertEqual(set(self.convert(path, "--sets", "low,bottom_of_high").groups), {"low", "bottom_of_high"})
+        self.convert(path, "--sets", "none")
+        self.assertIn("out.data.groups was there before, and is not of this mesh", self.summary)
         (self.folder / "out.data.groups").unlink()
         self.convert(path, "--sets", "none")
         self.assertFalse((self.folder / "out.data.groups").exists())

@@ -4,6 +4,7 @@ Read here, not by meshio: meshio loses the IDs of elements, replaces the nodes o
 ends a block at a comment, and attaches ELSET= of an *ELEMENT to another block when a block before it has none or
 the same."""
 
+import difflib
 import math
 import re
 
@@ -22,6 +23,8 @@ PARAMETERS = {
     "ELSET": {"ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"},
     "PART": {"NAME"}, "INSTANCE": {"NAME", "PART"}, "INCLUDE": {"INPUT"},
 }
+
+KNOWN = {*PARAMETERS, *UNSUPPORTED}
 
 
 def element_type(name):
@@ -87,6 +90,8 @@ class Lines:
         lines = self.read(path)
         for line in lines:
             if not line.startswith("*"):
+                if not head:
+                    raise Refused(f"'{printable(line, 80)}' stands before the first keyword")
                 data.append(line)
                 continue
             if head:
@@ -121,6 +126,9 @@ def keyword_of(line):
         if key in parameters:
             raise Refused(f"*{printable(keyword)}: {printable(key)} is given twice")
         parameters[key] = value.strip().strip('"')
+    near = difflib.get_close_matches(keyword, PARAMETERS, 1, 0.85)
+    if near and keyword not in KNOWN:  # its data would be missing
+        raise Refused(f"*{printable(keyword)} is not known: is *{near[0]} meant?")
     unknown = set(parameters) - PARAMETERS.get(keyword, set(parameters))
     if unknown:
         raise Refused(f"*{keyword}: the parameter {printable(sorted(unknown)[0])} is not supported")

@@ -194,7 +194,10 @@ class Blocks:
 def physical_names(text):
     """(dimension, number) -> name"""
     names, numbers = {}, {}
-    for line in text.decode(errors="replace").splitlines()[1:]:
+    count, *lines = text.decode(errors="replace").strip().splitlines() or [""]
+    if count.strip() != str(sum(1 for line in lines if line.strip())):
+        raise broken("PhysicalNames", "there are more or less names than it says")
+    for line in lines:
         match = re.match(r'\s*([0-3])\s+(\d{1,9})\s+"(.*)"', line)
         if not match:
             if line.strip():
