@@ -179,6 +179,9 @@ class Gmsh(Case):
         hexes = block((2, 1, 1), 1.0)[1]
         path = self.old([self.row(4, 5, 5, hexes[0]), self.row(5, 5, 6, hexes[1])], names='2\n3 5 "volume_6"\n2 7 ""')
         self.refuse(path, "physical volume 6 has no name", "volume_6")
+        path = self.old([self.row(4, 5, 5, hexes[0]), self.row(5, 5, 5, hexes[1]), self.row(6, 3, 7, hexes[0][LEFT_FACE])],
+                        names='2\n3 5 ""\n2 7 ""')
+        self.assertEqual(set(self.convert(path).groups), {"volume_5", "surface_7"})
 
     def test_missing_node(self):
         hexes = block((2, 1, 1), 1.0)[1]
@@ -305,6 +308,7 @@ class Abaqus(Case):
                 (lambda t: t.replace("TYPE=C3D8", "TYPE=C3D8, OFFSET=3"), ["*ELEMENT", "OFFSET", "not supported"]),
                 (lambda t: "1, 2, 3\n" + t, ["'1, 2, 3' stands before the first keyword"]),
                 (lambda t: t + "*ELEMENTS, TYPE=C3D8\n", ["*ELEMENTS is not known", "*ELEMENT meant"]),
+                (lambda t: t.replace("TYPE=C3D8", "TYPE=C3D8, TYPE=C3D8R"), ["*ELEMENT", "TYPE is given twice"]),
                 (lambda t: t + "*IMPERFECTION, FILE=f\n", ["*IMPERFECTION"]),
                 (lambda t: t + "*SOLID SECTION, ELSET=s, MATERIAL=m\n", ["no element set 's'"]),
                 (lambda t: t + "*NSET, NSET=s\n1, 200\n", ["node set 's'", "no node 200"]),

@@ -123,7 +123,7 @@ def keyword_of(line):
         key = " ".join(key.split()).upper()
         if not key:
             continue
-        if key in parameters:
+        if key in parameters and keyword in PARAMETERS:
             raise Refused(f"*{printable(keyword)}: {printable(key)} is given twice")
         parameters[key] = value.strip().strip('"')
     near = difflib.get_close_matches(keyword, PARAMETERS, 1, 0.85)
