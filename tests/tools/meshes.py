@@ -31,6 +31,7 @@ def load(path):
 
 sys.dont_write_bytecode = True
 mesh2data = load(TOOL)
+layers2data = load(SOURCE / "tools" / "layers2data")
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 
 
@@ -67,6 +68,17 @@ def inp(points, elements, extra="", kind="C3D8", first_node=1, first_element=1):
             lines.append(f"{number}, " + ", ".join(str(first_node + node) for node in cell))
             number += 1
     return "\n".join(lines) + "\n" + extra
+
+
+def call(tool, *arguments):
+    """What the program does, in this process."""
+    output, errors = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
+        try:
+            status = tool.main([str(a) for a in arguments])
+        except SystemExit as stop:
+            status = stop.code
+    return types.SimpleNamespace(returncode=status, stdout=output.getvalue(), stderr=errors.getvalue())
 
 
 class Data:
@@ -128,13 +140,7 @@ class Case(unittest.TestCase):
         return path
 
     def run_tool(self, mesh, *options, out="out.data"):
-        output, errors = io.StringIO(), io.StringIO()
-        with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
-            try:
-                status = mesh2data.main([str(mesh), str(self.folder / out), *map(str, options)])
-            except SystemExit as stop:
-                status = stop.code
-        return types.SimpleNamespace(returncode=status, stdout=output.getvalue(), stderr=errors.getvalue())
+        return call(mesh2data, mesh, self.folder / out, *options)
 
     def convert(self, mesh, *options, out="out.data"):
         result = self.run_tool(mesh, *options, out=out)
@@ -169,5 +175,5 @@ def environment(name):
     return value
 
 
-__all__ = ["Case", "Data", "SOURCE", "TOOL", "block", "environment", "inp", "mesh2data", "meshio", "np", "ready_mesh",
+__all__ = ["CORNERS", "Case", "Data", "SOURCE", "TOOL", "block", "call", "environment", "inp", "layers2data", "mesh2data", "meshio", "np", "ready_mesh",
            "turned"]

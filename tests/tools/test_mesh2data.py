@@ -167,7 +167,21 @@ class Gmsh(Case):
     def test_element_in_two_groups(self):
         hexes = block((2, 1, 1), 1.0)[1]  # format 2 writes it twice
         path = self.old([self.row(4, 5, 5, hexes[0]), self.row(5, 5, 6, hexes[0]), self.row(6, 5, 6, hexes[1])])
+        self.refuse(path, "element 4 in parts glass and volume_6", "--parts")
+        data = self.convert(path, "--parts", "volume_6", "--keep-ids")
+        self.assertEqual(data.part, {4: "volume_6", 6: "volume_6"})
+        self.assertEqual(data.places("glass"), {tuple(x) for x in block((2, 1, 1), 1.0)[0][hexes[0]].tolist()})
+        # that is another thing than two elements in one group
+        path = self.old([self.row(4, 5, 5, hexes[0]), self.row(5, 5, 5, hexes[0]), self.row(6, 5, 6, hexes[1])])
         self.refuse(path, "elements 4, 5 have the same nodes")
+
+    def test_a_name_like_that_of_a_group_without(self):
+        hexes = block((2, 1, 1), 1.0)[1]
+        path = self.old([self.row(4, 5, 5, hexes[0]), self.row(5, 5, 6, hexes[1])], names='2\n3 5 "volume_6"\n2 7 ""')
+        self.refuse(path, "physical volume 6 has no name", "volume_6")
+        path = self.old([self.row(4, 5, 5, hexes[0]), self.row(5, 5, 5, hexes[1]), self.row(6, 3, 7, hexes[0][LEFT_FACE])],
+                        names='2\n3 5 ""\n2 7 ""')
+        self.assertEqual(set(self.convert(path).groups), {"volume_5", "surface_7"})
 
     def test_missing_node(self):
         hexes = block((2, 1, 1), 1.0)[1]
@@ -182,6 +196,7 @@ class Gmsh(Case):
         hexes = block((2, 1, 1), 1.0)[1]
         text = self.old([self.row(4, 5, 5, hexes[0])]).read_text()
         self.refuse(self.write("half.msh", text[:len(text) // 2]), "cannot be read")
+        self.refuse(self.write("names.msh", text.replace("Names\n2\n", "Names\n3\n")), "$PhysicalNames", "names than it says")
         self.refuse(self.write("v4.msh", text.replace("2.2 0 8", "4 0 8")), "format 4 ", "MshFileVersion")
 
     def test_format_4_with_elements_in_no_group(self):
@@ -197,11 +212,12 @@ class Gmsh(Case):
             if good:
                 self.assertEqual(self.convert(path).part, {1: "glass", 2: "glass"})
             else:
-                self.refuse(path, "no physical group", "Mesh.SaveAll = 0")
+                self.refuse(path, "in no part", "element 2;")
+                self.assertEqual(self.convert(path, "--default-part", "rest").part, {1: "glass", 2: "rest"})
 
 
 class Abaqus(Case):
-    """What meshio's own reader gets wrong, and the rest of the language."""
+    """What meshio's own reader gets wrong, and the rest of the language; parts and instances are in test_mesh_inputs.py."""
 
     def test_one_set_in_two_blocks(self):
         points, hexes = block((5, 1, 1), 1.0)
@@ -280,14 +296,29 @@ class Abaqus(Case):
                 (lambda t: t + "*NODE\n3, 5.0, 5.0, 5.0\n", ["node 3 is defined twice"]),
                 (lambda t: t.replace("*NODE", "*NODE, SYSTEM=C"), ["rectangular"]),
                 (lambda t: t + "*NGEN\n1, 5\n", ["*NGEN"]),
-                (lambda t: "*PART, NAME=a\n" + t + "*PART, NAME=b\n", ["several *PART"]),
-                (lambda t: t + "*INSTANCE, NAME=i, PART=a\n0., 0., 5.\n", ["*INSTANCE"]),
+                (lambda t: "*PART, NAME=a\n" + t + "*PART, NAME=b\n", ["*PART b begins before a ends"]),
+                (lambda t: "*PART, NAME=a\n" + t, ["a does not end"]),
+                (lambda t: t + "*INSTANCE, NAME=i, PART=a\n0., 0., 5.\n", ["*INSTANCE", "no part 'a'"]),
+                (lambda t: t + "*NSET, NSET=s, INSTANCE=i\n1\n", ["no instance 'I'"]),
+                (lambda t: t + "*NSET\n1\n", ["*NSET", "no name"]),
+                (lambda t: t + "*ELSET, ELSET=\n40\n", ["*ELSET", "no name"]),
+                (lambda t: t + "*NSET, NSET=s, GENERATE\n1, 2000000000\n", ["node set 's'", "13, 14", "1999999988 in all"]),
+                (lambda t: t + "*NSET, NSET=s, GENERATE\n1, 2, 0\n", ["GENERATE needs"]),
+                (lambda t: t + "*NSET, NSET=a\nb\n*NSET, NSET=b\na\n", ["in each other"]),
+                (lambda t: t.replace("TYPE=C3D8", "TYPE=C3D8, OFFSET=3"), ["*ELEMENT", "OFFSET", "not supported"]),
+                (lambda t: "1, 2, 3\n" + t, ["'1, 2, 3' stands before the first keyword"]),
+                (lambda t: t + "*ELEMENTS, TYPE=C3D8\n", ["*ELEMENTS is not known", "*ELEMENT meant"]),
+                (lambda t: t.replace("TYPE=C3D8", "TYPE=C3D8, TYPE=C3D8R"), ["*ELEMENT", "TYPE is given twice"]),
+                (lambda t: t + "*IMPERFECTION, FILE=f\n", ["*IMPERFECTION"]),
+                (lambda t: t + "*SOLID SECTION, ELSET=s, MATERIAL=m\n", ["no element set 's'"]),
                 (lambda t: t + "*NSET, NSET=s\n1, 200\n", ["node set 's'", "no node 200"]),
                 (lambda t: t + "*ELSET, ELSET=s\n40, 200\n", ["element set 's'", "no element 200"]),
                 (lambda t: t + "*NSET, NSET=s, ELSET=later\n", ["no element set 'later'"]),
-                (lambda t: t + "*NSET, NSET=s\nother\n", ["no set 'other'"]),
+                (lambda t: t + "*NSET, NSET=s\nother\n", ["node set 's'", "set 'other'"]),
                 (lambda t: t.replace("*NODE\n1,", "*NODE\nx,"), ["'x' is not a number"]),
                 (lambda t: t.replace("*NODE\n1, 0.0", "*NODE\n1, nan"), ["not finite", "element 40"]),
+                (lambda t: t.replace("*NODE\n1, 0.0", "*NODE\n1, 1e200"), ["above 1e100", "element 40"]),
+                (lambda t: t.replace("*NODE\n1, 0.0", "*NODE\n1, 1_0"), ["'1_0' is not a number"]),
                 (lambda t: t.split("*ELEMENT")[0], ["no hexahedra"]),
                 (lambda t: "", ["no hexahedra"])):
             text = change(good)
@@ -417,6 +448,8 @@ class Options(Case):
         data = self.convert(path, "--rename", "low=body", "--rename", "high=body")
         self.assertEqual(set(data.part.values()), {"body"})
         self.assertEqual(set(self.convert(path, "--sets", "low,bottom_of_high").groups), {"low", "bottom_of_high"})
+        self.convert(path, "--sets", "none")
+        self.assertIn("out.data.groups was there before, and is not of this mesh", self.summary)
         (self.folder / "out.data.groups").unlink()
         self.convert(path, "--sets", "none")
         self.assertFalse((self.folder / "out.data.groups").exists())
@@ -426,6 +459,18 @@ class Options(Case):
         self.refuse(path, "no part x", options=["--type", "x=2"])
         self.refuse(path, "no hexahedra in a set 'x'", "low, high", options=["--parts", "x"])
         self.refuse(path, "two different sets", "low", options=["--rename", "bottom_of_high=low"])
+
+    def test_a_part_and_a_set_of_one_name(self):
+        points, hexes = block((1, 1, 1), 1.0)
+        path = self.write("one_name.inp", inp(points, [("glass", hexes)], "*NSET, NSET=glass\n1, 2\n"))
+        self.refuse(path, "two different sets", "--rename 'set:glass=OTHER'")
+        self.assertEqual(self.convert(path, "--rename", "set:glass=held").groups, {"glass": set(range(1, 9)), "held": {1, 2}})
+        self.assertEqual(self.convert(path, "--rename", "part:glass=pane").groups, {"pane": set(range(1, 9)), "glass": {1, 2}})
+
+    def test_a_set_without_nodes_is_told(self):
+        points, hexes = block((1, 1, 1), 1.0)
+        self.convert(self.write("empty.inp", inp(points, [("glass", hexes)], "*NSET, NSET=rim\n")))
+        self.assertIn("note: set rim is empty", self.summary)
 
     def test_numbers_for_a_second_mesh(self):
         data = self.convert(self.two_bodies(0.5), "--node-offset", 100, "--element-offset", 50)
@@ -440,6 +485,8 @@ class Options(Case):
         data = self.convert(self.write("names.inp", inp(points, [("12", hexes[:1]), ("a.b", hexes[1:])], extra)))
         self.assertEqual(data.part, {1: "part_12", 2: "a_b", 3: "a_b"})
         self.assertEqual(set(data.groups), {"part_12", "a_b", "set_7", "Set_1"})
+        self.refuse(self.write("long.inp", inp(points, [("n" * 81, hexes)])), "has 81 characters, at most 80")
+        self.assertEqual(self.convert(self.write("long.inp", inp(points, [("n" * 80, hexes)]))).groups, {"n" * 80: set(range(1, 17))})
         self.refuse(self.write("clash.inp", inp(points, [("a-b", hexes[:1]), ("a.b", hexes[1:])])), "'a-b' and 'a.b'", "a_b", "--rename")
 
     def test_too_many_groups(self):
@@ -461,7 +508,10 @@ class Options(Case):
         path = self.two_bodies(0.5)
         for options, word in ((["--scale", "0"], "positive"), (["--scale", "nan"], "positive"), (["--merge", "-1"], "positive"),
                               (["--type", "low"], "PART=TYPE"), (["--type", "low=0"], "positive integer"),
-                              (["--node-offset", "-3"], "negative"), (["--colour"], "--colour")):
+                              (["--node-offset", "-3"], "from 0 to"), (["--node-offset", "1_0"], "from 0 to"),
+                              (["--element-offset", "2147483646"], "above 2147483647"), (["--type", "low=2147483648"], "positive integer"),
+                              (["--type", "low=1", "--type", "low=2"], "twice"), (["--rename", "lower=a"], "no set or part 'lower'"),
+                               (["--colour"], "--colour")):
             with self.subTest(options=options):
                 self.refuse(path, word, options=options)
         self.refuse(self.folder / "absent.inp", "no such file")

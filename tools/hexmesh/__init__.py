@@ -1,0 +1,1 @@
+"""What tools/mesh2data and tools/layers2data are made of."""
