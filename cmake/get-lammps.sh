@@ -57,7 +57,8 @@ options=(
 for p in "${packages[@]}"; do options+=(-D "PKG_$p=ON"); done
 
 cache=${DEFE_CACHE_DIR:-${XDG_CACHE_HOME:-$HOME/.cache}/defe}
-mkdir -p "$cache"
+{ mkdir -p "$cache" && : >>"$cache/lock"; } 2>/dev/null ||
+  die "no right to write into the folder $cache, where LAMMPS is kept: make it writable, or name another one in DEFE_CACHE_DIR"
 cache=$(cd "$cache" && pwd)
 
 # Two configures at the same time: the second waits and then finds the build.
@@ -131,8 +132,10 @@ else
     trap - EXIT
   fi
 fi
-[[ -f $source_dir/src/version.h && -f $source_dir/cmake/CMakeLists.txt ]] ||
-  die "$source_dir is no LAMMPS source tree (no src/version.h or cmake/CMakeLists.txt)"
+if [[ ! -f $source_dir/src/version.h || ! -f $source_dir/cmake/CMakeLists.txt ]]; then
+  if ((own_tree)); then die "$source_dir is no LAMMPS source tree (no src/version.h or cmake/CMakeLists.txt)"; fi
+  die "the cached source of LAMMPS is broken (no cmake/CMakeLists.txt): delete the folder $source_dir and start again"
+fi
 
 # --- build ----------------------------------------------------------------
 
@@ -174,4 +177,8 @@ if [[ ! -f $stamp ]] || ((own_tree)); then
   touch "$stamp"
 fi
 
+for file in lmp compile_commands.json CMakeCache.txt; do
+  [[ -e $build/$file ]] ||
+    die "the cached build of LAMMPS is broken (no $file): delete the folder $base and start again"
+done
 printf 'source=%s\nbuild=%s\n' "$source_dir" "$build" >"$result"

@@ -22,8 +22,12 @@ defe_build() {
   fi
   shift
   if [[ $what == defeplugin ]]; then what=plugin; fi
-  mkdir -p "$DEFE_ROOT/build/$preset"
   log=$DEFE_ROOT/build/$preset/build.log
+  # A new log at once: one of an earlier build would be shown if nothing can be written.
+  if ! { mkdir -p "$DEFE_ROOT/build/$preset" && : >"$log"; } 2>/dev/null; then
+    echo "DEFE: no right to write $log: make that folder writable, or work in a copy of this checkout" >&2
+    return 1
+  fi
   jobs=$(defe_cores)
   start=$SECONDS
 

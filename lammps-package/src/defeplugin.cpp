@@ -12,7 +12,11 @@
 
 #include "comm.h"
 #include "error.h"
+#include "force.h"
+#include "input.h"
 #include "lammps.h"
+#include "modify.h"
+#include "plugin.h"
 #include "version.h"
 
 #include "compute_defe_atom.h"
@@ -27,6 +31,7 @@
 #include <mpi.h>
 
 #include <cstring>
+#include <string>
 
 using namespace LAMMPS_NS;
 
@@ -38,6 +43,31 @@ template <class T> static void *one_argument(LAMMPS *lmp)
 template <class T> static void *with_arguments(LAMMPS *lmp, int narg, char **arg)
 {
   return new T(lmp, narg, arg);
+}
+
+/* ----------------------------------------------------------------------
+   LAMMPS keeps one list of plugins per process, and ignores a style that is in it already, also if it
+   came with another LAMMPS of the process: this one then knows nothing of it. Its maps are filled here.
+   The library stays loaded as long as any of them lives, since each has opened it for itself.
+------------------------------------------------------------------------- */
+
+template <class Map, class Creator> static bool add(Map *map, const char *name, Creator creator)
+{
+  return map->emplace(name, reinterpret_cast<typename Map::mapped_type>(creator)).second;
+}
+
+static bool add_style(LAMMPS *lmp, const std::string &kind, const char *name,
+                      void *(*creator)(LAMMPS *) )
+{
+  return kind == "pair" ? add(lmp->force->pair_map, name, creator)
+                        : add(lmp->input->command_map, name, creator);
+}
+
+static bool add_style(LAMMPS *lmp, const std::string &kind, const char *name,
+                      void *(*creator)(LAMMPS *, int, char **) )
+{
+  return kind == "fix" ? add(lmp->modify->fix_map, name, creator)
+                       : add(lmp->modify->compute_map, name, creator);
 }
 
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
@@ -69,8 +99,16 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.author = "the DEFE developers";
   plugin.handle = handle;
 
+  // of a further LAMMPS in this process: register_plugin() would say that there is nothing to do
+
+  const bool further = plugin_find("fix", "defe") >= 0 &&
+      lammps->modify->fix_map->find("defe") == lammps->modify->fix_map->end();
   auto one = [&](const char *style, const char *name, const char *info,
                  void *(*creator)(LAMMPS *) ) {
+    if (further) {
+      add_style(lammps, style, name, creator);
+      return;
+    }
     plugin.style = style;
     plugin.name = name;
     plugin.info = info;
@@ -79,6 +117,10 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   };
   auto two = [&](const char *style, const char *name, const char *info,
                  void *(*creator)(LAMMPS *, int, char **) ) {
+    if (further) {
+      add_style(lammps, style, name, creator);
+      return;
+    }
     plugin.style = style;
     plugin.name = name;
     plugin.info = info;

@@ -21,7 +21,6 @@
 #include "region.h"
 #include "update.h"
 
-#include "defe/coupling/two_clocks.h"
 #include "defe/fe/hex8.h"
 #include "defe/fe/principal.h"
 
@@ -39,6 +38,7 @@ static constexpr int SIZE_VECTOR = 30;
 static constexpr size_t MAX_PARTS = 127;         // a signed char in the records
 static constexpr int WATCH_EVERY = 16;           // steps between looks at the speed of all atoms
 static constexpr int FLUSH_EVERY = 1000;         // steps between writes of the event file
+static constexpr int ENERGY_EVERY = 1000;        // and between looks at the balance of energies
 static constexpr double GHOSTS_BEHIND = 1.01;    // before a reneighbouring they are a step behind
 
 static constexpr int doubles(size_t bytes)
@@ -126,6 +126,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
       need(3, "material");
       Material m;
       m.name = arg[iarg + 1];
+      check_name("material", m.name);
       if (material_index(m.name) >= 0)
         error->all(FLERR, "Fix defe material {} is defined twice", m.name);
       const auto parsed =
@@ -146,6 +147,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
         error->all(FLERR, "Fix defe part {}: unknown material {}", arg[iarg + 1], arg[iarg + 2]);
       if (find_part(arg[iarg + 1]) >= 0)
         error->all(FLERR, "Fix defe part {} is defined twice", arg[iarg + 1]);
+      check_name("part", arg[iarg + 1]);
       add_part(arg[iarg + 1], m);
       iarg += 3;
 
@@ -240,7 +242,8 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
       if (iarg < narg && strcmp(arg[iarg], "overlap") == 0) {
         need(2, "contact f_s overlap");
         refuse_overlaps = strcmp(arg[iarg + 1], "refuse") == 0;
-        if (!refuse_overlaps && strcmp(arg[iarg + 1], "ease") != 0)
+        ease_overlaps = strcmp(arg[iarg + 1], "ease") == 0;
+        if (!refuse_overlaps && !ease_overlaps)
           error->all(FLERR, "Fix defe contact overlap is ease or refuse, not {}", arg[iarg + 1]);
         iarg += 2;
       }
@@ -279,8 +282,17 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 
     } else if (key == "check") {
       need(2, "check");
-      checking = utils::logical(FLERR, arg[iarg + 1], false, lmp);
-      iarg += 2;
+      if (strcmp(arg[iarg + 1], "energy") == 0) {
+        need(3, "check energy");
+        const std::string how = arg[iarg + 2];
+        if (how != "no" && how != "warn" && how != "stop")
+          error->all(FLERR, "Fix defe check energy is no, warn or stop, not {}", how);
+        energy_check = how == "no" ? ENERGY_NO : how == "warn" ? ENERGY_WARN : ENERGY_STOP;
+        iarg += 3;
+      } else {
+        checking = utils::logical(FLERR, arg[iarg + 1], false, lmp);
+        iarg += 2;
+      }
 
     } else if (key == "events") {
       need(2, "events");
@@ -295,6 +307,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   }
 
   if (materials.empty()) error->all(FLERR, "Fix defe needs at least one material");
+  check_numbers_as_names();
   for (const auto &a : adhesives) {
     if (!parts[a.part].convertible)
       error->all(FLERR,
@@ -413,6 +426,7 @@ void FixDefe::init()
   build_topology();
   account_for_deleted();
   check_integrators();
+  check_movers();
   check_adhesives();
   check_walls();
   check_minimizer();
@@ -465,28 +479,8 @@ void FixDefe::init()
     comm->cutghostuser = cut;
   }
 
-  if (dt_finite > 0.0 && fe_every * update->dt > dt_finite && update->whichflag == 1)
-    error->all(
-        FLERR,
-        "Time step {}{} is above the stable step of the finite elements {:.6g}: use a smaller "
-        "timestep{}",
-        update->dt, fe_every > 1 ? fmt::format(" times every {}", fe_every) : "", dt_finite,
-        fe_every > 1 ? " or every" : "");
-
-  if (any_convertible && dt_discrete > 0.0 && update->dt > dt_discrete && update->whichflag == 1 &&
-      comm->me == 0)
-    error->warning(FLERR, "Time step {} is above the safe step of the discrete elements {:.6g}",
-                   update->dt, dt_discrete);
-
-  if (any_convertible && dt_joints > 0.0 && update->whichflag == 1 && comm->me == 0 &&
-      defe::clocks_resonate(fe_every, update->dt, dt_joints))
-    error->warning(
-        FLERR,
-        "Fix defe every {}: half an oscillation of the discrete elements fits between two "
-        "evaluations of the finite elements with the time step {}, and can gain energy from "
-        "them without end: use a smaller timestep or every",
-        fe_every, update->dt);
-
+  if (update->whichflag == 1) check_time_step(false);
+  prepare_energy_watch();
   say_notes();
   vector_step = -1;
 }
@@ -893,7 +887,7 @@ void FixDefe::pre_neighbor()
 
   forced.clear();
   for (int i = 0; i < nlocal; i++)
-    if (atom->mask[i] & forced_bits) forced.push_back(i);
+    if ((atom->mask[i] & forced_bits) && in_account(i)) forced.push_back(i);
   build_surfaces();
   tables_built++;
   vector_step = -1;
@@ -1098,9 +1092,12 @@ void FixDefe::evaluate_finite(double *f, double history_step)
 void FixDefe::post_force(int /*vflag*/)
 {
   double **f = atom->f;
-  f_internal.resize(3 * forced.size());
+  f_internal.resize(6 * forced.size());
   for (size_t q = 0; q < forced.size(); q++)
-    for (int k = 0; k < 3; k++) f_internal[3 * q + k] = f[forced[q]][k];
+    for (int k = 0; k < 3; k++) {
+      f_internal[6 * q + k] = f[forced[q]][k];
+      f_internal[6 * q + 3 + k] = atom->torque[forced[q]][k];
+    }
   if (update->ntimestep == update->laststep || update->ntimestep == output->next_restart)
     keep_forces();
 }
@@ -1172,14 +1169,17 @@ double FixDefe::power_of_others() const
   double power = 0.0;
   for (size_t q = 0; q < forced.size(); q++) {
     const int i = forced[q];
-    for (int k = 0; k < 3; k++) power += (f[i][k] - f_internal[3 * q + k]) * v[i][k];
+    for (int k = 0; k < 3; k++) power += (f[i][k] - f_internal[6 * q + k]) * v[i][k];
+    if (!(atom->radius[i] > 0.0)) continue;    // nodes do not turn
+    for (int k = 0; k < 3; k++)
+      power += (atom->torque[i][k] - f_internal[6 * q + 3 + k]) * atom->omega[i][k];
   }
   return power;
 }
 
 /* ----------------------------------------------------------------------
    groups that forces of other fixes act on: those of the fixes that change forces after us, or all
-   atoms if there is one of which it is not known to keep to its group
+   atoms if there is one of which it is not known to keep to its group, or whose group is dynamic
 ------------------------------------------------------------------------- */
 
 int FixDefe::groups_forced() const
@@ -1196,7 +1196,7 @@ int FixDefe::groups_forced() const
     const bool known = std::any_of(std::begin(keeps), std::end(keeps), [ifix](const char *style) {
       return utils::strmatch(ifix->style, style);
     });
-    bits |= known ? ifix->groupbit : 1;    // bit 1 is group all
+    bits |= known && !group->dynamic[ifix->igroup] ? ifix->groupbit : 1;    // bit 1 is group all
   }
   return bits;
 }
@@ -1220,7 +1220,10 @@ void FixDefe::watch_speed()
 
 void FixDefe::initial_integrate(int /*vflag*/)
 {
-  if (after_setup) external_power = power_of_others();
+  if (after_setup) {
+    external_power = power_of_others();
+    begin_energy_watch();
+  }
   after_setup = false;
   ledger.external += 0.5 * update->dt * external_power;
   fe_clock = (fe_clock + 1) % fe_every;
@@ -1329,6 +1332,8 @@ void FixDefe::end_of_step()
   clock = now();
   last_step = update->ntimestep;
   vector_step = -1;
+  if (update->ntimestep % ENERGY_EVERY == 0 || update->ntimestep == update->laststep)
+    watch_energy();
   if (update->ntimestep % FLUSH_EVERY == 0) flush_events();
 }
 
@@ -1461,16 +1466,15 @@ void FixDefe::set_arrays(int i)
 
   // read_data sets the arrays of new atoms after it has read the sections: keep the elements
 
-  if (reading) {
-    domain->unmap(atom->x[i], atom->image[i], xref[i]);
-    nelem[i] = 0;
-    de[i].reset();
-    return;
-  }
-  for (int k = 0; k < 3; k++) xref[i][k] = xframe[i][k] = atom->x[i][k];
   nelem[i] = 0;
-  hexes[i].clear();
   de[i].reset();
+  const bool came = i < static_cast<int>(just_read.size()) && just_read[i];
+  if (came)
+    just_read[i] = 0;
+  else
+    hexes[i].clear();    // left by an atom that was deleted
+  for (int k = 0; k < 3; k++) xref[i][k] = xframe[i][k] = atom->x[i][k];
+  if (reading) domain->unmap(atom->x[i], atom->image[i], xref[i]);
 }
 
 void FixDefe::set_reference(int i, const double *x)

@@ -52,6 +52,7 @@ class FixDefe : public Fix {
   void pre_reverse(int, int) override;
   void post_force(int) override;
   void end_of_step() override;
+  void reset_dt() override;
   void post_run() override;
 
   void grow_arrays(int) override;
@@ -250,7 +251,8 @@ class FixDefe : public Fix {
   // ---- options ----
   double contact_factor = 0.0;
   double contact_friction = 0.0;
-  bool refuse_overlaps = false;    // that are there before the first step
+  // overlaps that are there before the first step; of balls those that are deep are refused by default
+  bool refuse_overlaps = false, ease_overlaps = false;
   bool shield = true;
   bool gauss_stress = false;
   bool force_lagrangian = false;
@@ -260,6 +262,7 @@ class FixDefe : public Fix {
 #else
   bool checking = true;
 #endif
+  enum EnergyCheck { ENERGY_NO, ENERGY_WARN, ENERGY_STOP } energy_check = ENERGY_WARN;
   std::string event_file;
   bool event_header = false;
 
@@ -277,6 +280,7 @@ class FixDefe : public Fix {
   std::vector<double> outer_reach, outer_length;
   bool mesh_dirty = false;
   bool reading = false;
+  std::vector<char> just_read;    // by atom: its elements came with the data file that is read
   bool mesh_from_file = false;
   bigint nhex_header = 0;      // of the data file that is read
   bigint hexes_awaited = 0;    // announced by a header, section not met yet
@@ -356,8 +360,9 @@ class FixDefe : public Fix {
   bigint overlaps = 0;    // contacts that began overlapped, before the first step
   double overlap_depth = 0.0;
   tagint overlap_tag = 0;
-  bool balls_placed = false;                     // what they overlap now, motion has made
-  double ball_depth = 0.0, ball_energy = 0.0;    // of balls that begin in a face
+  bool balls_placed = false;    // what they overlap now, motion has made
+  // of balls that begin in a face, the deepest one also by its radius
+  double ball_depth = 0.0, ball_energy = 0.0, ball_share = 0.0;
   tagint ball_tag = 0;
   void report_balls();
   bool tied(int de, tagint element) const;
@@ -436,7 +441,7 @@ class FixDefe : public Fix {
 
   // ---- ledger ----
   std::vector<int> forced;           // owned atoms that other fixes may put forces on
-  std::vector<double> f_internal;    // their forces before that
+  std::vector<double> f_internal;    // their forces and torques before that
   int forced_bits = 0;               // groups of these atoms
   int groups_forced() const;
   double external_power = 0.0;
@@ -444,6 +449,17 @@ class FixDefe : public Fix {
   double clock = 0.0;       // simulated time at the last step
   bigint last_step = -1;    // its number
   double power_of_others() const;
+  bool in_account(int i) const;
+
+  // watch over the balance: see fix_defe_watch.cpp
+  std::string unseen_work() const;
+  void prepare_energy_watch();
+  void begin_energy_watch();
+  void watch_energy();
+  void watch_rigid_elements();
+  bool energy_watched = false, balance_known = false, energy_told = false;
+  double balance_start = 0.0, balance_last = 0.0, energy_put_in = 0.0, swing_start = 0.0;
+  double energy_swing() const;
   double virial_fe[6];
   double fe_energy_all();
   double vector_values[30];
@@ -484,6 +500,15 @@ class FixDefe : public Fix {
   void watch_speed();
   void stop_exploded();
   void check_integrators();
+  bool may_convert(const Part &) const;
+  void check_movers();
+  void check_spins();
+  void check_rigid_bodies();
+  void check_rigid_parts();
+  void check_time_step(bool changed);
+  bool warned_of_step = false;
+  void check_name(const char *what, const std::string &name) const;
+  void check_numbers_as_names() const;
   void check_bond_fixes(bool converting);
   void check_adhesives();
   std::string describe(int i) const;

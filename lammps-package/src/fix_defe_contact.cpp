@@ -38,6 +38,9 @@ using namespace LAMMPS_NS;
 using defe::Vec3;
 using defe::fe::HexCoords;
 
+// A ball may begin this deep in a face, in radii: a rounding of the mesh or a ball that rests, not a mistake.
+static constexpr double BALL_SHARE = 0.01;
+
 // Two facets whose normals have no component above this against each other, on any axis, do not press
 // on each other: facing_limit / 3 less what normals may turn until the next search.
 static constexpr double OPPOSED = 0.04;
@@ -954,6 +957,7 @@ void FixDefe::contact_forces()
   if (!balls_placed && r.ball_atom >= 0) {
     ball_energy = r.ball_energy;
     ball_depth = r.ball_depth;
+    ball_share = ball_depth / atom->radius[r.ball_atom];
     ball_tag = atom->tag[r.ball_atom];
   }
   balls_placed = true;
@@ -1050,7 +1054,8 @@ void FixDefe::report_contacts()
 }
 
 /* ----------------------------------------------------------------------
-   a ball that begins in a face: it has no memory by which it could be eased out
+   a ball that begins in a face: it has no memory by which it could be eased out, and what is deep would
+   throw it out with energy from nothing
 ------------------------------------------------------------------------- */
 
 void FixDefe::report_balls()
@@ -1065,9 +1070,15 @@ void FixDefe::report_balls()
   double energy;
   MPI_Allreduce(&ball_energy, &energy, 1, MPI_DOUBLE, MPI_SUM, world);
   MPI_Bcast(&ball_tag, 1, MPI_LMP_TAGINT, deepest.rank, world);
+  MPI_Bcast(&ball_share, 1, MPI_DOUBLE, deepest.rank, world);
   const auto what = fmt::format("Contact of fix defe: ball {} begins {:.4g} deep in a face",
                                 ball_tag, deepest.depth);
   if (refuse_overlaps) error->all(FLERR, "{}: move it out", what);
+  if (ball_share > BALL_SHARE && !ease_overlaps)
+    error->all(FLERR,
+               "{}, {:.3g} % of its radius: it would be thrown out with the energy {:.4g} that "
+               "contacts of balls store; move it out (or write 'contact {} overlap ease')",
+               what, 100.0 * ball_share, energy, contact_factor);
   if (comm->me == 0)
     error->warning(FLERR,
                    "{}: what contacts of balls store at the start, {:.4g}, throws them out; move "

@@ -135,9 +135,8 @@ void FixDefe::fill_vector()
         else if (slot.kind == DefeJoint::DE && atom->tag[i] < slot.other)
           mine[CONNECTIVE + slot.state] += 1.0;
       }
-    } else if (nelem[i] == 0 &&
-               (atom->radius[i] == 0.0 || !(atom->mask[i] & groupbit) || contact_factor == 0.0))
-      continue;    // balls count if they are in the group and meet anything of ours
+    } else if (!in_account(i))
+      continue;
     mine[KINETIC] += kinetic_energy(i);
     if (ahead == 0.0 || de[i]) continue;
     for (int k = 0; k < 3; k++) {

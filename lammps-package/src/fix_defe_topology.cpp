@@ -129,6 +129,7 @@ struct FixDefe::Mesh {
 void FixDefe::build_topology()
 {
   reading = false;
+  just_read.clear();
   int mine = mesh_dirty ? 1 : 0, dirty = 0;
   MPI_Allreduce(&mine, &dirty, 1, MPI_INT, MPI_MAX, world);
   require_hex_section();
@@ -605,11 +606,19 @@ void FixDefe::read_data_section(char * /*keyword*/, int n, char *buf, tagint id_
     if (hexid <= 0) error->all(FLERR, "Line '{}' of section Hexes: element ID must be > 0", line);
     const int i = local_of(node[0]);
     mine.push_back(i >= 0 && i < atom->nlocal ? 1 : 0);
-    if (mine.back()) add_hex(i, hexid, part, node);
+    if (mine.back()) {
+      add_hex(i, hexid, part, node);
+      if (static_cast<int>(just_read.size()) <= i) just_read.resize(atom->nmax, 0);
+      just_read[i] = 1;
+    }
     lines.push_back(line);
   }
   if (static_cast<int>(lines.size()) != n)
-    error->all(FLERR, "Section Hexes of the data file ends early: {} of {} lines", lines.size(), n);
+    error->all(FLERR,
+               "Section Hexes of the data file: {0} lines hold {1} elements, not {0}: blank lines "
+               "and comments count as lines, as in all sections of LAMMPS (remove them), or the "
+               "header announces too many hexes",
+               n, lines.size());
   MPI_Allreduce(mine.data(), found.data(), n, MPI_INT, MPI_SUM, world);
   for (int k = 0; k < n; k++)
     if (found[k] != 1)

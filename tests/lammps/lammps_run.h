@@ -5,9 +5,6 @@
 //
 // Everything here is collective: all ranks of the communicator call it, and all get the same
 // answer. With the environment variable DEFE_TEST_LOG set, each LAMMPS writes log.SUITE.TEST.N.
-//
-// Two LAMMPS must not be alive at the same time: the plugin registers its styles in one of them
-// only.
 
 #include "defe/types.h"
 

@@ -165,14 +165,16 @@ TEST(Overlap, IsRefused)
   }
 }
 
-// A ball has no memory by which it could be eased out: it is named, in the face and with its centre behind it.
+// A ball has no memory by which it could be eased out: it is named, in the face and with its centre behind it, and
+// refused if it is deep and nobody asks for 'overlap ease'.
 TEST(Overlap, BallIsNamed)
 {
-  for (const double deep : {1e-4, 2e-3, 4.5e-3})
-    for (const bool refuse : {false, true}) {
-      SCOPED_TRACE(deep);
+  for (const double deep : {2e-5, 1e-4, 2e-3, 4.5e-3})
+    for (const std::string how : {"", " overlap ease", " overlap refuse"}) {
+      SCOPED_TRACE(number(deep) + how);
+      const bool refuse = how == " overlap refuse" || (how.empty() && deep > 4e-5);
       Scene s;
-      if (refuse) s.contact += " overlap refuse";
+      s.contact += how;
       s.add("glass", 1, {4, 4, 4}, 2e-3, [](const Vec3 &X) {
         return X;
       });
@@ -183,7 +185,8 @@ TEST(Overlap, BallIsNamed)
       WarningLog log(lmp, "ball.txt");
       s.start(lmp);
       const std::string said = "Contact of fix defe: ball 126 begins " +
-          std::string(deep == 1e-4       ? "0.0001"
+          std::string(deep == 2e-5       ? "2e-05"
+                          : deep == 1e-4 ? "0.0001"
                           : deep == 2e-3 ? "0.002"
                                          : "0.004") +
           " deep in a face";
@@ -193,6 +196,10 @@ TEST(Overlap, BallIsNamed)
           ADD_FAILURE() << "nothing was refused";
         } catch (LAMMPS_NS::LAMMPSException &e) {
           EXPECT_THAT(e.what(), testing::HasSubstr(said));
+          EXPECT_THAT(e.what(), testing::HasSubstr("move it out"));
+          if (how.empty()) {
+            EXPECT_THAT(e.what(), testing::HasSubstr("'contact 0.2 overlap ease'"));
+          }
         }
         continue;
       }

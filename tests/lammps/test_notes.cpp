@@ -18,6 +18,7 @@ const std::string MATERIALS =
     "fix fe all defe material glass elastic 70e9 0.2 2500 material pvb elastic 1e9 0.4 1070 "
     "material ram rigid 7850 material stand rigid 7850 ";
 const std::string MOVE = "neighbor 3e-4 bin\ntimestep 1e-8\nfix move all nve\n";
+const std::string HOLD = "group rigid type 3\nfix hold rigid setforce 0 0 0\n";
 
 const std::string GLASS = "create_hexes fe glass 1 x -0.008 4 0.008 y 0 2 0.004 z 0 1 0.002\n";
 // an element above it, and at it, with every other node at a node of the glass
@@ -284,7 +285,7 @@ TEST(Once, NotInLaterRuns)
   Lammps lmp;
   Log first(lmp, "first.txt");
   lmp.commands(HEADER + "boundary f f f\n" + BOX + ELASTIC + MATERIALS + "\n" + GLASS + RAM + MOVE +
-               "write_data notes.data\nrun 10\n");
+               HOLD + "write_data notes.data\nrun 10\n");
   EXPECT_EQ(first.notes(), Notes{NO_CONTACT});
   Log second(lmp, "second.txt");
   lmp.commands("run 10\nrun 0\n");
@@ -310,7 +311,7 @@ TEST(Once, NotInLaterRuns)
 TEST(Once, NotAfterARestart)
 {
   const std::string script =
-      HEADER + "boundary f f f\n" + BOX + ELASTIC + MATERIALS + "\n" + GLASS + RAM + MOVE;
+      HEADER + "boundary f f f\n" + BOX + ELASTIC + MATERIALS + "\n" + GLASS + RAM + MOVE + HOLD;
   {
     Lammps lmp;
     lmp.commands(script + "write_restart before.restart\nrun 10\nwrite_restart after.restart\n");
@@ -319,7 +320,7 @@ TEST(Once, NotAfterARestart)
     Lammps lmp;
     Log log(lmp, "restart.txt");
     lmp.commands(HEADER + "read_restart " + (said ? "after" : "before") + ".restart\n" + ELASTIC +
-                 MATERIALS + "\n" + MOVE + "run 10\n");
+                 MATERIALS + "\n" + MOVE + HOLD + "run 10\n");
     EXPECT_EQ(log.notes(), said ? Notes() : Notes{NO_CONTACT});
   }
 }
