@@ -88,6 +88,13 @@ class FixDefe : public Fix {
   void *extract(const char *, int &) override;
   double memory_usage() override;
 
+  /** The forces on an atom at the end of a run, for a next one that goes on from there. */
+  struct KeptForces {
+    double x[3];    // unwrapped
+    double f[3], torque[3];
+    uint64_t motion = 0;    // checksum of velocity, spin, radius, mass and type
+  };
+
   // ---- what the command create_hexes, the pair styles and the computes use ----
 
   struct Material {
@@ -465,6 +472,7 @@ class FixDefe : public Fix {
   double vector_values[30];
   double surface_energy_all = 0.0;
   bigint vector_step = -1;
+  bool between_runs = false;    // and there was one
   void fill_vector();
   bigint conversions_total = 0;
   std::vector<double> scratch;
@@ -514,10 +522,19 @@ class FixDefe : public Fix {
   std::string describe(int i) const;
   double kinetic_energy(int i) const;
 
-  // ---- forces at the end of a run, or in a restart file ----
+  // ---- forces at the end of a run, or in a restart file: see fix_defe_kept.cpp ----
+  std::vector<KeptForces> kept;    // by atom; empty while a run goes on
   bigint kept_step = -1, kept_natoms = 0;
+  uint64_t kept_law = 0;    // checksum of what the script says about them
+  bool running = false;     // between the first step of a run and its end
+  bool has_kept(int i) const
+  {
+    return !kept.empty() && kept[i].motion != 0;
+  }
+  uint64_t kept_motion(int i) const;
+  uint64_t kept_laws() const;
   void keep_forces();
-  void keep_motion();
+  void drop_kept_forces();
   void continue_with_kept_forces();
 
   // ---- restart files: see fix_defe_restart.cpp ----

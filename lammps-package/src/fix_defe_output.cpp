@@ -83,7 +83,10 @@ double FixDefe::kinetic_energy(int i) const
 
 void FixDefe::fill_vector()
 {
-  if (vector_step == update->ntimestep) return;
+  // between runs these are the values of the last one: commands like write_restart move atoms to other
+  // ranks, and the tables of local indices do not hold any more
+
+  if (between_runs || vector_step == update->ntimestep) return;
   vector_step = update->ntimestep;
 
   enum {

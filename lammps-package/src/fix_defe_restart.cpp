@@ -200,7 +200,7 @@ struct GlobalState {
   int fe_every, fe_clock;
   double since_history, mass_total, mass_gone, max_step_length;
   bigint records;    // of atoms, and the sum of their checksums
-  uint64_t records_sum;
+  uint64_t records_sum, kept_law;
   uint64_t after, after_sum;    // bytes that follow, and their checksum
   uint64_t own_sum;             // of all this, with 0 here
 };
@@ -221,6 +221,7 @@ std::string FixDefe::describe_part(const Part &p) const
 void FixDefe::write_restart(FILE *fp)
 {
   flush_events();    // else those up to here would be missing when the run is killed later
+  if (running) keep_forces();
 
   double mine[9] = {ledger.fracture, ledger.release,     ledger.damping,
                     ledger.friction, ledger.conv_strain, ledger.conv_kinetic,
@@ -258,6 +259,7 @@ void FixDefe::write_restart(FILE *fp)
   g.fe_clock = fe_clock;
   g.since_history = since_history;
   g.kept_step = kept_step;
+  g.kept_law = kept_law;
   g.step = update->ntimestep;
   g.events_written = events_written;
   g.kept_natoms = kept_natoms;
@@ -376,6 +378,7 @@ void FixDefe::restart(char *buf)
   mass_total = g.mass_total;
   max_step_length = g.max_step_length;
   kept_step = g.kept_step;
+  kept_law = g.kept_law;
   restart_step = last_step = g.step;
   events_written = g.events_written;
   kept_natoms = g.kept_natoms;
@@ -409,5 +412,6 @@ void FixDefe::restart(char *buf)
 
 void FixDefe::write_restart_file(const char *name)
 {
+  if (running) drop_kept_forces();
   seal_restart_file(lmp, name);
 }
