@@ -512,6 +512,7 @@ void FixDefe::setup_pre_exchange()
 
   if (!update->setupflag) return;
   find_all_nodes();
+  name_run();
   if (update->whichflag != 1 || start_done) return;
   start_done = true;
 

@@ -17,6 +17,7 @@ FixStyle(defe,FixDefe);
 
 #include "defe_records.h"
 
+#include "defe/coupling/checksum.h"
 #include "defe/coupling/cohesive.h"
 #include "defe/coupling/corner_strain.h"
 #include "defe/fe/kernel.h"
@@ -478,9 +479,21 @@ class FixDefe : public Fix {
   std::vector<double> scratch;
   std::vector<Event> events;
   void flush_events();
-  void continue_events();
-  bigint events_written = 0;    // lines in the file, known to the first rank
-  bool events_continued = false;
+  bool events_continued = false;    // after a restart
+  /** What is in the event file; lines, bytes and sum are known to the first rank. */
+  struct Written {
+    std::string name;               // of the file, empty if there was none
+    uint64_t run = 0, mesh = 0;     // checksums that name them, 0 if they have no names yet
+    bigint elements = 0;            // of the mesh, at the beginning
+    bigint lines = 0, bytes = 0;    // lines: of the run
+    defe::Checksum sum;             // of these bytes
+    uint64_t sum_of_restart = 0;    // the same, in the restart file that was read
+  } written;
+  void name_run();
+  void open_events();
+  std::string complaint_of_events();
+  std::string write_events(const std::string &text, const char *mode);
+  void stop_by_first_rank(std::string complaint);
   bigint restart_step = -1;    // of the file that was read
 
   // ---- pictures ----
@@ -488,7 +501,12 @@ class FixDefe : public Fix {
   std::vector<double *> image_rows;
   std::vector<int> image_vec;
 
+  // ---- what the script said: fix_defe_script.cpp ----
   std::string describe_part(const Part &) const;
+  std::map<std::string, std::string> settings() const;
+  std::string pack_script() const;
+  void unpack_script(const char *data, size_t bytes);
+  void note_changes(const std::map<std::string, std::string> &before);
 
   // ---- notes at the first run ----
   bool notes_due = false;        // the mesh was made or has grown since the last run
