@@ -6,20 +6,34 @@
 #   tests/fuzz.sh --keep
 # puts some kB of a smallest set of inputs with the same coverage into tests/fuzz/corpus.
 # An input that crashes or hangs is left in build/fuzz/found, and the script fails.
+#   tests/fuzz.sh --files [seconds]
+# damages restart and event files instead, on one and two ranks, with a seed that it says.
 set -euo pipefail
 exec </dev/null
 # shellcheck source=../tools/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/../tools/common.sh"
 
-keep=0 seconds=1800
+keep=0 files=0 seconds=1800
 for arg; do
   case $arg in
     --keep) keep=1 ;;
-    -h | --help) sed -n '2,8s/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    --files) files=1 ;;
+    -h | --help) sed -n '2,10s/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
     *[!0-9]* | '') echo "fuzz.sh: not a number of seconds: $arg" >&2; exit 2 ;;
     *) seconds=$arg ;;
   esac
 done
+
+if ((files)); then
+  "$DEFE_ROOT/tools/install-deps.sh" build tests
+  defe_build release lammps_file_fuzz -- -D DEFE_TESTS=ON
+  export DEFE_FUZZ_SECONDS=$((seconds / 2)) DEFE_FUZZ_SEED=${DEFE_FUZZ_SEED:-$(date +%s)}
+  echo "DEFE: DEFE_FUZZ_SEED=$DEFE_FUZZ_SEED" >&2
+  mkdir -p "$DEFE_ROOT/build/release/file_fuzz"
+  cd "$DEFE_ROOT/build/release/file_fuzz"
+  for ranks in 1 2; do "$DEFE_ROOT/tools/mpirun.sh" "$ranks" ../tests/lammps_file_fuzz; done
+  exit
+fi
 
 "$DEFE_ROOT/tools/install-deps.sh" build tests fuzz
 clang=${DEFE_CLANG:-}

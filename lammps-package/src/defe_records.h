@@ -18,7 +18,7 @@
 namespace LAMMPS_NS {
 
 /** Of restart files; another one whenever what DEFE writes into them changes. */
-constexpr char RESTART_FORMAT[8] = "DEFE 7";
+constexpr char RESTART_FORMAT[8] = "DEFE 8";
 
 /** What travels with an element: it is kept by the atom that is its first node. */
 struct HexPod {
@@ -88,11 +88,6 @@ struct DERecord {
   tagint lot;     // of its ID, see FixDefe::de_tag()
   JointSlot slot[6];
   double noted_drop;    // strain energy that its noted joints would have let go a step ago
-
-  // at the last step of a run or of a restart file, for a next run that goes on as if there had been
-  // no end: damping forces depend on velocities half a step ago, which nobody knows any more
-  double kept_x[3], kept_v[3], kept_omega[3];    // x unwrapped
-  double kept_f[3], kept_torque[3];              // of joints, ties and contacts
 };
 
 /** Surface contact of a node or DE with one part, from step to step. Plain data. */

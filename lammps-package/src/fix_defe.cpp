@@ -50,8 +50,9 @@ static constexpr int HEX_SIZE = doubles(sizeof(HexPod));
 static constexpr int DE_SIZE = doubles(sizeof(DERecord));
 static constexpr int TOUCH_SIZE = doubles(sizeof(DefeTouch));
 static constexpr int SPHERE_SIZE = doubles(sizeof(SphereTouch));
+static constexpr int KEPT_SIZE = doubles(sizeof(FixDefe::KeptForces));
 static constexpr int MAX_SHIELDS = 27;    // of an element: its neighbours, one more for a while
-static constexpr int RECORD_SIZE = 1 + 3 + 1 + 1 + 1 + 1 + 1 + 1;    // of any atom
+static constexpr int RECORD_SIZE = 1 + 3 + 1 + 1 + 1 + 1 + 1 + 1 + 1;    // of any atom
 
 /* ---------------------------------------------------------------------- */
 
@@ -511,6 +512,7 @@ void FixDefe::setup_pre_exchange()
 
   if (!update->setupflag) return;
   find_all_nodes();
+  name_run();
   if (update->whichflag != 1 || start_done) return;
   start_done = true;
 
@@ -702,6 +704,7 @@ void FixDefe::pre_neighbor()
 {
   const int nlocal = atom->nlocal;
   const int nall = nlocal + atom->nghost;
+  between_runs = false;
   if (atom->natoms != natoms_known) check_newcomers();
 
   // reference positions in the periodic frame of x, for owned and ghost atoms
@@ -1098,64 +1101,6 @@ void FixDefe::post_force(int /*vflag*/)
       f_internal[6 * q + k] = f[forced[q]][k];
       f_internal[6 * q + 3 + k] = atom->torque[forced[q]][k];
     }
-  if (update->ntimestep == update->laststep || update->ntimestep == output->next_restart)
-    keep_forces();
-}
-
-/* ----------------------------------------------------------------------
-   a run ends here, or a restart file is written: what the DEs' forces are at the end of this step
-   (only DEs have forces that depend on velocities). Whoever goes on from here takes these, if nothing
-   was changed in between: the run then continues as if it had not been interrupted.
-------------------------------------------------------------------------- */
-
-void FixDefe::keep_forces()
-{
-  kept_step = update->ntimestep;
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!de[i]) continue;
-    for (int k = 0; k < 3; k++) {
-      de[i]->kept_f[k] = atom->f[i][k];
-      de[i]->kept_torque[k] = atom->torque[i][k];
-    }
-  }
-}
-
-void FixDefe::keep_motion()
-{
-  kept_natoms = atom->natoms;
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!de[i]) continue;
-    domain->unmap(atom->x[i], atom->image[i], de[i]->kept_x);
-    for (int k = 0; k < 3; k++) {
-      de[i]->kept_v[k] = atom->v[i][k];
-      de[i]->kept_omega[k] = atom->omega[i][k];
-    }
-  }
-}
-
-void FixDefe::continue_with_kept_forces()
-{
-  if (des_total == 0 || kept_step != update->ntimestep || kept_natoms != atom->natoms) return;
-  int same = 1, all = 0;
-  for (int i = 0; i < atom->nlocal && same; i++) {
-    if (!de[i]) continue;
-    const DERecord &r = *de[i];
-    double x[3];
-    domain->unmap(atom->x[i], atom->image[i], x);
-    for (int k = 0; k < 3; k++)
-      if (std::abs(x[k] - r.kept_x[k]) > 1.0e-10 * max_diagonal || atom->v[i][k] != r.kept_v[k] ||
-          atom->omega[i][k] != r.kept_omega[k])
-        same = 0;
-  }
-  MPI_Allreduce(&same, &all, 1, MPI_INT, MPI_MIN, world);
-  if (!all) return;
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!de[i]) continue;
-    for (int k = 0; k < 3; k++) {
-      atom->f[i][k] = de[i]->kept_f[k];
-      atom->torque[i][k] = de[i]->kept_torque[k];
-    }
-  }
 }
 
 /* ----------------------------------------------------------------------
@@ -1225,6 +1170,11 @@ void FixDefe::initial_integrate(int /*vflag*/)
     begin_energy_watch();
   }
   after_setup = false;
+  if (!running) {
+    running = true;
+    between_runs = false;
+    if (!kept.empty()) drop_kept_forces();    // run ... pre no
+  }
   ledger.external += 0.5 * update->dt * external_power;
   fe_clock = (fe_clock + 1) % fe_every;
   since_history += update->dt;
@@ -1326,7 +1276,6 @@ void FixDefe::end_of_step()
   if (update->ntimestep % WATCH_EVERY == 0 || update->ntimestep == output->next_restart ||
       update->ntimestep == update->laststep)
     watch_speed();
-  if (kept_step == update->ntimestep) keep_motion();
 
   if (fe_clock == 0) mark_elements();
   clock = now();
@@ -1341,9 +1290,18 @@ void FixDefe::end_of_step()
 
 void FixDefe::post_run()
 {
+  // whether elements convert in the next step is not asked again by a run with `pre no`
+
+  const bool asked = mark_request != MPI_REQUEST_NULL;
   take_marks();
+  if (asked && marked_anywhere) schedule_conversion((fe_every + 1) / 2);
+  if (running) watch_speed();    // a run that halts early
+  if (update->whichflag == 1) keep_forces();
+  running = false;
   flush_events();
   if (contact_factor > 0.0) report_contacts();
+  fill_vector();
+  between_runs = true;
 }
 
 /* ----------------------------------------------------------------------
@@ -1441,6 +1399,7 @@ void FixDefe::grow_arrays(int nmax)
   hexes.resize(nmax);
   de.resize(nmax);
   touch.resize(nmax);
+  if (!kept.empty()) kept.resize(nmax);
 }
 
 void FixDefe::copy_arrays(int i, int j, int /*delflag*/)
@@ -1451,6 +1410,7 @@ void FixDefe::copy_arrays(int i, int j, int /*delflag*/)
     xframe[j][k] = xframe[i][k];
   }
   nelem[j] = nelem[i];
+  if (!kept.empty()) kept[j] = kept[i];
   // LAMMPS copies only to move: the source slot is dead afterwards
 
   hexes[j] = std::move(hexes[i]);
@@ -1462,6 +1422,7 @@ void FixDefe::copy_arrays(int i, int j, int /*delflag*/)
 void FixDefe::set_arrays(int i)
 {
   touch[i].reset();
+  if (!kept.empty()) kept[i].motion = 0;
   if (update->whichflag == 1 && !giving_birth) register_newcomer(i);
 
   // read_data sets the arrays of new atoms after it has read the sections: keep the elements
@@ -1516,6 +1477,7 @@ int FixDefe::record_size(int i) const
 {
   int n = RECORD_SIZE;
   if (de[i]) n += DE_SIZE;
+  if (has_kept(i)) n += KEPT_SIZE;
   if (touch[i])
     n += TOUCH_SIZE * static_cast<int>(touch[i]->faces.size()) +
         SPHERE_SIZE * static_cast<int>(touch[i]->spheres.size());
@@ -1536,6 +1498,11 @@ int FixDefe::pack_record(int i, double *buf) const
   buf[m++] = ubuf(touch[i] ? static_cast<int>(touch[i]->faces.size()) : 0).d;
   buf[m++] = ubuf(touch[i] && touch[i]->fresh ? 1 : 0).d;
   buf[m++] = ubuf(touch[i] ? static_cast<int>(touch[i]->spheres.size()) : 0).d;
+  buf[m++] = ubuf(has_kept(i) ? 1 : 0).d;
+  if (has_kept(i)) {
+    memcpy(static_cast<void *>(&buf[m]), &kept[i], sizeof(KeptForces));
+    m += KEPT_SIZE;
+  }
   if (touch[i]) {
     for (const auto &t : touch[i]->faces) {
       memcpy(static_cast<void *>(&buf[m]), &t, sizeof(DefeTouch));
@@ -1576,6 +1543,12 @@ int FixDefe::unpack_record(int i, const double *buf)
   const int nfaces = static_cast<int>(ubuf(buf[m++]).i);
   const bool was_just_born = ubuf(buf[m++]).i != 0;
   const int nspheres = static_cast<int>(ubuf(buf[m++]).i);
+  if (ubuf(buf[m++]).i != 0) {
+    kept.resize(hexes.size());
+    memcpy(static_cast<void *>(&kept[i]), &buf[m], sizeof(KeptForces));
+    m += KEPT_SIZE;
+  } else if (!kept.empty())
+    kept[i].motion = 0;
   touch[i].reset();
   if (nfaces + nspheres > 0 || was_just_born) {
     AtomTouch &t = touch_at(i);
@@ -1641,7 +1614,7 @@ void FixDefe::update_maxexchange()
 
   // more than any atom has, also after a conversion that follows
 
-  maxexchange = RECORD_SIZE + DE_SIZE + touches +
+  maxexchange = RECORD_SIZE + DE_SIZE + touches + (kept.empty() ? 0 : KEPT_SIZE) +
       hexes_per_node * (HEX_SIZE + 2 + 4 * MAX_SHIELDS + history_most);
 }
 
@@ -1785,6 +1758,7 @@ double FixDefe::memory_usage()
   }
   for (const auto &b : batches)
     bytes += b.node.capacity() * (sizeof(b.node[0]) + sizeof(b.hex[0]) + sizeof(double));
+  bytes += kept.capacity() * sizeof(KeptForces);
   bytes += jt.self.capacity() * 400.0;
   return bytes;
 }

@@ -17,6 +17,7 @@ FixStyle(defe,FixDefe);
 
 #include "defe_records.h"
 
+#include "defe/coupling/checksum.h"
 #include "defe/coupling/cohesive.h"
 #include "defe/coupling/corner_strain.h"
 #include "defe/fe/kernel.h"
@@ -87,6 +88,13 @@ class FixDefe : public Fix {
   int image(int *&, double **&) override;
   void *extract(const char *, int &) override;
   double memory_usage() override;
+
+  /** The forces on an atom at the end of a run, for a next one that goes on from there. */
+  struct KeptForces {
+    double x[3];    // unwrapped
+    double f[3], torque[3];
+    uint64_t motion = 0;    // checksum of velocity, spin, radius, mass and type
+  };
 
   // ---- what the command create_hexes, the pair styles and the computes use ----
 
@@ -465,14 +473,27 @@ class FixDefe : public Fix {
   double vector_values[30];
   double surface_energy_all = 0.0;
   bigint vector_step = -1;
+  bool between_runs = false;    // and there was one
   void fill_vector();
   bigint conversions_total = 0;
   std::vector<double> scratch;
   std::vector<Event> events;
   void flush_events();
-  void continue_events();
-  bigint events_written = 0;    // lines in the file, known to the first rank
-  bool events_continued = false;
+  bool events_continued = false;    // after a restart
+  /** What is in the event file; lines, bytes and sum are known to the first rank. */
+  struct Written {
+    std::string name;               // of the file, empty if there was none
+    uint64_t run = 0, mesh = 0;     // checksums that name them, 0 if they have no names yet
+    bigint elements = 0;            // of the mesh, at the beginning
+    bigint lines = 0, bytes = 0;    // lines: of the run
+    defe::Checksum sum;             // of these bytes
+    uint64_t sum_of_restart = 0;    // the same, in the restart file that was read
+  } written;
+  void name_run();
+  void open_events();
+  std::string complaint_of_events();
+  std::string write_events(const std::string &text, const char *mode);
+  void stop_by_first_rank(std::string complaint);
   bigint restart_step = -1;    // of the file that was read
 
   // ---- pictures ----
@@ -480,7 +501,12 @@ class FixDefe : public Fix {
   std::vector<double *> image_rows;
   std::vector<int> image_vec;
 
+  // ---- what the script said: fix_defe_script.cpp ----
   std::string describe_part(const Part &) const;
+  std::map<std::string, std::string> settings() const;
+  std::string pack_script() const;
+  void unpack_script(const char *data, size_t bytes);
+  void note_changes(const std::map<std::string, std::string> &before);
 
   // ---- notes at the first run ----
   bool notes_due = false;        // the mesh was made or has grown since the last run
@@ -514,10 +540,19 @@ class FixDefe : public Fix {
   std::string describe(int i) const;
   double kinetic_energy(int i) const;
 
-  // ---- forces at the end of a run, or in a restart file ----
+  // ---- forces at the end of a run, or in a restart file: see fix_defe_kept.cpp ----
+  std::vector<KeptForces> kept;    // by atom; empty while a run goes on
   bigint kept_step = -1, kept_natoms = 0;
+  uint64_t kept_law = 0;    // checksum of what the script says about them
+  bool running = false;     // between the first step of a run and its end
+  bool has_kept(int i) const
+  {
+    return !kept.empty() && kept[i].motion != 0;
+  }
+  uint64_t kept_motion(int i) const;
+  uint64_t kept_laws() const;
   void keep_forces();
-  void keep_motion();
+  void drop_kept_forces();
   void continue_with_kept_forces();
 
   // ---- restart files: see fix_defe_restart.cpp ----

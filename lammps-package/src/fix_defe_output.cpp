@@ -10,7 +10,6 @@
 
 #include "atom.h"
 #include "comm.h"
-#include "domain.h"
 #include "error.h"
 #include "update.h"
 
@@ -83,7 +82,10 @@ double FixDefe::kinetic_energy(int i) const
 
 void FixDefe::fill_vector()
 {
-  if (vector_step == update->ntimestep) return;
+  // between runs these are the values of the last one: commands like write_restart move atoms to other
+  // ranks, and the tables of local indices do not hold any more
+
+  if (between_runs || vector_step == update->ntimestep) return;
   vector_step = update->ntimestep;
 
   enum {
@@ -214,107 +216,6 @@ void FixDefe::fill_vector()
   MPI_Allreduce(first, &w[23], 2, MPI_DOUBLE, MPI_MIN, world);
   for (int k : {23, 24})
     if (w[k] == HUGE_VAL) w[k] = -1.0;
-}
-
-/* ----------------------------------------------------------------------
-   events: conversions and joints that change state
-------------------------------------------------------------------------- */
-
-void FixDefe::record_event(const Event &e)
-{
-  if (!event_file.empty()) events.push_back(e);
-}
-
-/* ----------------------------------------------------------------------
-   after a restart: the file goes on where the restart file was written. What the
-   interrupted run wrote after that will happen again.
-------------------------------------------------------------------------- */
-
-void FixDefe::continue_events()
-{
-  events_continued = false;
-  FILE *fp = fopen(event_file.c_str(), "r");
-  if (!fp) {    // elsewhere, or it has another name now: a new one
-    events_written = 0;
-    return;
-  }
-  event_header = true;
-  std::string kept;
-  bigint lines = 0;
-  bool more = false;
-  char line[1024];
-  while (!more && fgets(line, sizeof(line), fp)) {
-    if (line[0] != '#' && ++lines > events_written)
-      more = true;
-    else
-      kept += line;
-  }
-  fclose(fp);
-  if (!more) {
-    events_written = lines;
-    return;
-  }
-
-  const std::string shorter = event_file + ".tmp";
-  fp = fopen(shorter.c_str(), "w");
-  bool failed = !fp || fputs(kept.c_str(), fp) < 0;
-  if (fp && fclose(fp)) failed = true;
-  if (failed || rename(shorter.c_str(), event_file.c_str()))
-    error->one(FLERR, "Fix defe cannot write its event file {}: {}", event_file,
-               utils::getsyserror());
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixDefe::flush_events()
-{
-  if (event_file.empty()) return;
-  const int bytes = static_cast<int>(events.size() * sizeof(Event));
-  std::vector<int> count(comm->nprocs), offset(comm->nprocs);
-  MPI_Gather(&bytes, 1, MPI_INT, count.data(), 1, MPI_INT, 0, world);
-  std::vector<Event> all;
-  if (comm->me == 0) {
-    int sum = 0;
-    for (int p = 0; p < comm->nprocs; p++) {
-      offset[p] = sum;
-      sum += count[p];
-    }
-    all.resize(sum / sizeof(Event));
-  }
-  MPI_Gatherv(events.data(), bytes, MPI_BYTE, all.data(), count.data(), offset.data(), MPI_BYTE, 0,
-              world);
-  events.clear();
-  if (comm->me) return;
-
-  std::sort(all.begin(), all.end(), [](const Event &a, const Event &b) {
-    if (a.step != b.step) return a.step < b.step;
-    if (a.what != b.what) return a.what < b.what;
-    return a.a != b.a ? a.a < b.a : a.b < b.b;
-  });
-  if (events_continued) continue_events();
-  FILE *fp = fopen(event_file.c_str(), event_header ? "a" : "w");
-  if (!fp)
-    error->one(FLERR, "Fix defe cannot write its event file {}: {}", event_file,
-               utils::getsyserror());
-  if (!event_header)
-    utils::print(fp,
-                 "# step time event id id2 X Y Z nx ny nz value\n"
-                 "# event convert: id = element, id2 = part, X = reference centre, value = mass\n"
-                 "# event cohesive, broken: id, id2 = the two DEs, X = reference middle of the "
-                 "joint, n = reference direction, value = equivalent traction, or damage (1)\n"
-                 "# event adhesive, debonded: the same of a tie, id = DE, id2 = element, X = "
-                 "reference point on its face\n");
-  event_header = true;
-  static const char *const name[] = {"convert", "cohesive", "broken", "adhesive", "debonded"};
-  for (const auto &e : all)
-    utils::print(fp, "{} {:.9g} {} {} {} {:.9g} {:.9g} {:.9g} {:.4g} {:.4g} {:.4g} {:.6g}\n",
-                 e.step, e.time, name[e.what], e.a, e.b, e.x[0], e.x[1], e.x[2], e.n[0], e.n[1],
-                 e.n[2], e.value);
-  events_written += static_cast<bigint>(all.size());
-  const bool failed = ferror(fp) != 0;
-  if (fclose(fp) || failed)
-    error->one(FLERR, "Fix defe cannot write its event file {}: {}", event_file,
-               utils::getsyserror());
 }
 
 /* ----------------------------------------------------------------------

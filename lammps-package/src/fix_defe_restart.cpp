@@ -196,11 +196,11 @@ struct GlobalState {
   int lots_moved, start_done, hexes_per_node;
   double dt_finite, dt_discrete, dt_joints, max_diagonal, max_facet, first_conversion, first_damage;
   bigint through, nodes_total, des_gone, kept_step, kept_natoms;
-  bigint step, events_written;
+  bigint step, events_lines, events_bytes, events_elements;
   int fe_every, fe_clock;
   double since_history, mass_total, mass_gone, max_step_length;
   bigint records;    // of atoms, and the sum of their checksums
-  uint64_t records_sum;
+  uint64_t records_sum, kept_law, events_run, events_mesh, events_sum;
   uint64_t after, after_sum;    // bytes that follow, and their checksum
   uint64_t own_sum;             // of all this, with 0 here
 };
@@ -212,15 +212,10 @@ uint64_t own_sum(GlobalState g)
 }
 }    // namespace
 
-std::string FixDefe::describe_part(const Part &p) const
-{
-  return p.name + ": " + material_of(p).words +
-      (p.convertible ? ", DEs of type " + std::to_string(p.type) : "");
-}
-
 void FixDefe::write_restart(FILE *fp)
 {
   flush_events();    // else those up to here would be missing when the run is killed later
+  if (running) keep_forces();
 
   double mine[9] = {ledger.fracture, ledger.release,     ledger.damping,
                     ledger.friction, ledger.conv_strain, ledger.conv_kinetic,
@@ -258,8 +253,14 @@ void FixDefe::write_restart(FILE *fp)
   g.fe_clock = fe_clock;
   g.since_history = since_history;
   g.kept_step = kept_step;
+  g.kept_law = kept_law;
   g.step = update->ntimestep;
-  g.events_written = events_written;
+  g.events_lines = written.lines;
+  g.events_bytes = written.bytes;
+  g.events_elements = written.elements;
+  g.events_run = written.run;
+  g.events_mesh = written.mesh;
+  g.events_sum = written.sum.value();
   g.kept_natoms = kept_natoms;
   g.des_total = des_total;
   g.hexes_total = hexes_total;
@@ -283,21 +284,7 @@ void FixDefe::write_restart(FILE *fp)
   g.max_diagonal = max_diagonal;
   g.max_facet = max_facet;
   if (comm->me == 0) {
-    const int nradius = static_cast<int>(de_radius_max.size());
-    const int nparts = static_cast<int>(parts.size());
-    std::string texts;
-    for (const auto &p : parts) texts += describe_part(p) + "\n";
-    std::string rest;
-    auto put = [&rest](const void *data, size_t bytes) {
-      rest.append(static_cast<const char *>(data), bytes);
-    };
-    const int ntexts = static_cast<int>(texts.size());
-    put(&nradius, sizeof(int));
-    put(&nparts, sizeof(int));
-    put(de_radius_max.data(), sizeof(double) * nradius);
-    for (const auto &p : parts) put(&p.shield_time, sizeof(double));
-    put(&ntexts, sizeof(int));
-    put(texts.data(), ntexts);
+    const std::string rest = pack_script();
     g.after = rest.size();
     g.after_sum = defe::checksum(rest.data(), rest.size());
     g.own_sum = own_sum(g);
@@ -326,30 +313,7 @@ void FixDefe::restart(char *buf)
   restart_check.unread = true;
   restart_check.records_of_file = g.records;
   restart_check.sum_of_file = g.records_sum;
-  int nradius, nparts;
-  memcpy(&nradius, buf, sizeof(int));
-  memcpy(&nparts, buf + sizeof(int), sizeof(int));
-  buf += 2 * sizeof(int);
-  if (nradius != static_cast<int>(de_radius_max.size()) || nparts != static_cast<int>(parts.size()))
-    error->all(FLERR,
-               "Fix defe in the restart file had {} parts and {} atom types, now {} and {}: give "
-               "the same fix defe command as before",
-               nparts, nradius - 1, parts.size(), de_radius_max.size() - 1);
-  memcpy(de_radius_max.data(), buf, nradius * sizeof(double));
-  buf += nradius * sizeof(double);
-  for (auto &p : parts) {
-    memcpy(&p.shield_time, buf, sizeof(double));
-    buf += sizeof(double);
-  }
-  int ntexts;
-  memcpy(&ntexts, buf, sizeof(int));
-  const auto texts = utils::split_lines(std::string(buf + sizeof(int), ntexts));
-  for (int p = 0; p < nparts; p++)
-    if (texts[p] != describe_part(parts[p]))
-      error->all(FLERR,
-                 "Fix defe part {} was '{}' in the restart file and is '{}' now: give the same "
-                 "materials and parts in the same order",
-                 p + 1, texts[p], describe_part(parts[p]));
+  unpack_script(buf, g.after);
   if (comm->me == 0) {
     ledger.fracture = g.ledger[0];
     ledger.release = g.ledger[1];
@@ -376,8 +340,14 @@ void FixDefe::restart(char *buf)
   mass_total = g.mass_total;
   max_step_length = g.max_step_length;
   kept_step = g.kept_step;
+  kept_law = g.kept_law;
   restart_step = last_step = g.step;
-  events_written = g.events_written;
+  written.lines = g.events_lines;
+  written.bytes = g.events_bytes;
+  written.elements = g.events_elements;
+  written.run = g.events_run;
+  written.mesh = g.events_mesh;
+  written.sum_of_restart = g.events_sum;
   kept_natoms = g.kept_natoms;
   des_total = g.des_total;
   hexes_total = g.hexes_total;
@@ -409,5 +379,6 @@ void FixDefe::restart(char *buf)
 
 void FixDefe::write_restart_file(const char *name)
 {
+  if (running) drop_kept_forces();
   seal_restart_file(lmp, name);
 }

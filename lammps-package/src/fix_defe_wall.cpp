@@ -51,6 +51,8 @@ FixDefeWall::FixDefeWall(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   virial_global_flag = 1;
   dynamic_group_allow = 1;
 
+  for (int k = 1; k < narg; k++) words += std::string(arg[k]) + " ";
+
   int iarg = 3;
   auto need = [&](int n, const char *what) {
     if (iarg + n > narg)

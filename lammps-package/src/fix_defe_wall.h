@@ -43,6 +43,8 @@ class FixDefeWall : public Fix {
       next tables, and the difference is booked with the conversion. */
   void note_energy();
 
+  std::string words;    // the arguments, as given
+
  private:
   struct Plane {
     int dim;

@@ -56,6 +56,9 @@ class PairDefeJoint : public Pair {
   /** Of slot s of DE d in FixDefe::jt; of a cohesive joint, d is the DE of the lower ID. */
   JointView view(int d, int s) const;
 
+  /** Of all coefficients. */
+  uint64_t laws_checksum() const;
+
   /** Strength of the joints between DEs of this type (pair_coeff ... cohesive). */
   double joint_strength(int type) const
   {

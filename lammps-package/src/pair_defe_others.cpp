@@ -17,11 +17,28 @@
 #include "force.h"
 #include "pair_hybrid.h"
 
+#include "defe/coupling/checksum.h"
 #include "defe/coupling/conversion.h"
 
 #include <cmath>
 
 using namespace LAMMPS_NS;
+
+/* ---------------------------------------------------------------------- */
+
+uint64_t PairDefeJoint::laws_checksum() const
+{
+  defe::Checksum sum;
+  for (const auto &c : coeffs) {
+    const auto &law = c.cohesive;
+    const double numbers[] = {c.E,      c.nu,          law.sigma_t, law.G_f,
+                              law.beta, c.restitution, c.friction,  c.damping_ratio};
+    const char flags[] = {c.has_connective, c.has_cohesive, c.has_contact, law.reciprocal};
+    sum.add(numbers, sizeof(numbers));
+    sum.add(flags, sizeof(flags));
+  }
+  return sum.value();
+}
 
 namespace {
 

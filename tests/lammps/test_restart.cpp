@@ -186,9 +186,8 @@ TEST(DataFile, AppendedTwice)
   EXPECT_NEAR(total_mass(lmp.particles()), 16 * 7800 * h * h * h, 1e-15);
 }
 
-// With all its joints, contacts and shields the state goes through the file. Positions are exact;
-// of forces, those that depend on velocities are recomputed with full-step velocities (damping of
-// contacts), so that the promise is: the same elements at the same steps.
+// With all its joints, contacts and shields the state goes through the file: the same elements convert at
+// the same steps. How exact it is, test_pieces.cpp asks.
 TEST(Restart, SameConversionsFromTheMiddleOfACrack)
 {
   const bool root = rank_of(MPI_COMM_WORLD) == 0;
