@@ -434,7 +434,6 @@ class FixDefe : public Fix {
   void make_ghosts_for_setup();
   void find_all_nodes();
   void ghost_positions();
-  void update_totals();
 
   // ---- communication ----
   enum CommMode { FRAME, POSVEL, SURFACE, MARKED, LOSS, FINITE };

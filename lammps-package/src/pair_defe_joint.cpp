@@ -501,46 +501,60 @@ void PairDefeJoint::criterion()
     jt.state[ds] = static_cast<unsigned char>(slot.state);
     if (slot.state == DefeJoint::CONTACT) add_candidate(jt.self[d], jt.nb[d][s]);
   }
-  (void) release_of_pending(false);
+  note_drops();
 }
 
 /* ----------------------------------------------------------------------
-   strain energy that the corners of my DEs let go when the noted joints leave them
+   f(d, drop) for each of my DEs with noted joints: the strain energy that its corners let go when these
+   leave them
 ------------------------------------------------------------------------- */
 
-double PairDefeJoint::release_of_pending(bool switching)
+template <class F> void PairDefeJoint::for_drops(F f)
 {
   auto &jt = fix->jt;
   std::sort(jt.pending.begin(), jt.pending.end());
-  double release = 0.0;
   for (size_t k = 0; k < jt.pending.size();) {
     const int d = jt.pending[k] / 6;
     unsigned rest = jt.present[d];
     for (; k < jt.pending.size() && jt.pending[k] / 6 == d; k++) rest &= ~(1u << jt.pending[k] % 6);
-    const double drop = fix->de_energy(d, jt.present[d]) - fix->de_energy(d, rest);
-    double &noted = jt.rec[d]->noted_drop;
-    if (switching)
-      release += noted > 0.0 && drop > 0.0 ? std::sqrt(noted * drop) : 0.5 * (noted + drop);
-    else
-      noted = drop;
-    // a DE beside a conversion of this step: its drop is no loss of the conversion
-    if (switching && jt.rec[d]->newborn) fix->ledger.conv_strain -= drop;
+    f(d, fix->de_energy(d, jt.present[d]) - fix->de_energy(d, rest));
   }
+}
+
+void PairDefeJoint::note_drops()
+{
+  for_drops([this](int d, double drop) {
+    fix->jt.rec[d]->noted_drop = drop;
+  });
+}
+
+/* ----------------------------------------------------------------------
+   The kicks of velocity Verlet belong to the old law up to half-way between the two steps: what the
+   corners let go is their energy of a step ago and the work of half a step at the old forces, which for
+   an energy that goes with the square of a stretch is the geometric mean of what both positions give.
+------------------------------------------------------------------------- */
+
+double PairDefeJoint::release_of_pending()
+{
+  double release = 0.0;
+  for_drops([&](int d, double drop) {
+    const double noted = fix->jt.rec[d]->noted_drop;
+    release += noted > 0.0 && drop > 0.0 ? std::sqrt(noted * drop) : 0.5 * (noted + drop);
+    // a DE beside a conversion of this step: its drop is no loss of the conversion
+    if (fix->jt.rec[d]->newborn) fix->ledger.conv_strain -= drop;
+  });
   return release;
 }
 
 /* ----------------------------------------------------------------------
    carry out what the last step noted
-   The kicks of velocity Verlet belong to the old law up to half-way between the two steps: what the
-   corners let go is their energy of a step ago and the work of half a step at the old forces, which for
-   an energy that goes with the square of a stretch is the geometric mean of what both positions give.
 ------------------------------------------------------------------------- */
 
 void PairDefeJoint::switch_joints()
 {
   if (update->setupflag) return;
   auto &jt = fix->jt;
-  fix->ledger.release += release_of_pending(true);
+  fix->ledger.release += release_of_pending();
   for (int ds : jt.pending) {
     const int d = ds / 6, s = ds % 6;
     JointSlot &slot = jt.rec[d]->slot[s];

@@ -133,7 +133,9 @@ class PairDefeJoint : public Pair {
   void tally(const double *del, const double *force, int i);
   void event(int d, int s, int what, double value);
   void set_broken(int d, int s);
-  double release_of_pending(bool switching);
+  template <class F> void for_drops(F f);
+  void note_drops();
+  double release_of_pending();
   double release_of_step(JointSlot &, const defe::CohesiveResult &);
 };
 
