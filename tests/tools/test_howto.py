@@ -69,6 +69,15 @@ def changed(script, changes):
     return "".join(old)
 
 
+def list_table(page, head):
+    """Rows of the list-table whose first cell begins so."""
+    text = (DOC / page).read_text()
+    start = text.index(f"   * - {head}")
+    lines = re.match(r"(?:   .*\n|\n)+", text[start:])[0]
+    rows = [re.split(r"\n     - ", row.strip()) for row in re.split(r"(?m)^   \* - ", lines)[1:]]
+    return [[" ".join(cell.split()) for cell in row] for row in rows]
+
+
 class Run:
     """A folder with the tools, in which scripts run."""
 
@@ -139,6 +148,51 @@ class Howto(unittest.TestCase):
             loose = {"Step": 0, "Time": 1e-12, "pieces": 0, "total": 5e-4 * value, "balance": 5e-4 * value,
                      "kinetic": 0.01 * value, "force": 0.05 * value}.get(key, 4 + 0.1 * value)
             self.assertLessEqual(abs(measured[key] - value), loose, f"{key} at step {row['Step']}: {measured[key]}, not {value}")
+
+    def test_figures_of_the_choices(self):
+        """Times of the first conversion and damage, and elements converted, that the tables have."""
+        page = "Howto_defe.rst"
+        bar = next(text for what, name, _, text in blocks(page) if what == "script" and name == "in.bar")
+        bar = changed(bar, "variable first equal f_fe[24]*1e6\nvariable damage equal f_fe[25]*1e6\n")
+        bar += 'print "found $(f_fe[2]) $(v_first) $(v_damage)"\n'
+        here = Run(self)
+
+        def found(*changes):
+            script = bar
+            for old, new in changes:
+                self.assertEqual(script.count(old), 1, old)
+                script = script.replace(old, new)
+            return list(map(float, re.search(r"(?m)^found (.*)", here.lmp(script).stdout)[1].split()))
+
+        stresses = list_table(page, "Conversion stress")[1:]
+        self.assertEqual(len(stresses), 9)
+        for name, first, damage, elements, _ in stresses:
+            with self.subTest(name):
+                stress = "56" if name.startswith("all") else name.split()[0]
+                changes = [("convert glass 56e6", f"convert glass {stress}e6")]
+                if "gauss" in name:
+                    changes.append(("contact 0.2", "stress gauss contact 0.2"))
+                if name.startswith("all"):
+                    changes.append(("group particles &", "group particles start all &"))
+                self.said([elements, first, damage], found(*changes))
+        factors, firsts = list_table(page, "*contact*")
+        for factor, first in zip(factors[1:], firsts[1:]):
+            with self.subTest(contact=factor):
+                self.said([None, first, None], found(("contact 0.2", f"contact {factor}")))
+
+    def said(self, said, measured):
+        for text, value in zip(said, measured):
+            if text == "never":
+                self.assertLess(value, 0)
+            elif text is not None:
+                number = float(text.split()[0])
+                self.assertLessEqual(abs(value - number), 0.3 if "us" in text else 2 + 0.1 * number, (said, measured))
+
+    def test_script_of_the_readme(self):
+        text = (SOURCE / "README.md").read_text().split("## In your own script\n")[1]
+        script = "".join(line[4:] for line in re.match(r"\n((?:    .*\n|\n)+)", text)[1].splitlines(True))
+        self.assertIn("all defe material", script)
+        self.succeeded(Run(self).lmp(re.sub(r"run .*", "run 20", script)))
 
     def test_changes_are_made_where_they_are_meant(self):
         script = "a 1\nfix x all nve\nfix y all &\n  nve\ntimestep 1\nrun 5\n"
