@@ -12,8 +12,6 @@
 
 #include "fix_defe.h"
 
-#include "cells.h"
-
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
@@ -22,6 +20,7 @@
 #include "neighbor.h"
 #include "update.h"
 
+#include "defe/coupling/bins.h"
 #include "defe/coupling/penalty.h"
 #include "defe/coupling/surface_contact.h"
 #include "defe/fe/hex8.h"
@@ -35,6 +34,8 @@
 #include <utility>
 
 using namespace LAMMPS_NS;
+using defe::CellList;
+using defe::Cells;
 using defe::Vec3;
 using defe::fe::HexCoords;
 
