@@ -15,7 +15,6 @@
 
 #include "defe_restart_file.h"
 
-#include "cells.h"
 #include "fix_defe.h"
 
 #include "atom.h"
@@ -28,6 +27,7 @@
 #include "neighbor.h"
 #include "update.h"
 
+#include "defe/coupling/bins.h"
 #include "defe/coupling/conversion.h"
 #include "defe/coupling/penalty.h"
 
@@ -911,7 +911,7 @@ void PairDefeJoint::update_candidates()
   spheres.reserve(small.size());
   for (int i : small) spheres.push_back({{x[i][0], x[i][1], x[i][2]}, i});
   const double farthest = 2.0 * largest + skin;
-  const CellList<Sphere> list(std::move(spheres), farthest);
+  const defe::CellList<Sphere> list(std::move(spheres), farthest);
   for (int a = 0; a < static_cast<int>(list.all().size()); a++) {
     const Sphere &one = list.all()[a];
     list.runs_around(one.x, [&](int first, int last) {

@@ -3,7 +3,7 @@
 
 /// \file
 /// Contact of surfaces on plain arrays: nodes (with the patches around them), DEs and balls against
-/// facets. The search that fills the tables is the caller's. The potential: surface_contact.h.
+/// facets. The tables are filled by the search, surface_search.h. The potential: surface_contact.h.
 ///
 /// A contact begins without overlap: an overlap that no motion has made (there from the start, bared by a
 /// conversion, left by a tie that broke) is remembered as an offset of the depth, and pushes nothing

@@ -1,18 +1,15 @@
-/* ----------------------------------------------------------------------
-   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
-   https://www.lammps.org/
-   This software is distributed under the GNU General Public License.
-------------------------------------------------------------------------- */
+#ifndef DEFE_COUPLING_BINS_H
+#define DEFE_COUPLING_BINS_H
 
-#ifndef LMP_DEFE_CELLS_H
-#define LMP_DEFE_CELLS_H
+/// \file
+/// Things with a position sorted into cells, to find those near a place.
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
-namespace LAMMPS_NS {
+namespace defe {
 
 /// A box divided into cells, all in one array. Positions outside count to the nearest cell.
 struct Cells {
@@ -41,17 +38,17 @@ struct Cells {
     inverse = 1.0 / size;
     for (int d = 0; d < 3; d++) n[d] = static_cast<int>((hi[d] - lo[d]) * inverse) + 1;
   }
-  size_t count() const { return static_cast<size_t>(n[0]) * n[1] * n[2]; }
-  size_t index(int i, int j, int k) const
+  std::size_t count() const { return static_cast<std::size_t>(n[0]) * n[1] * n[2]; }
+  std::size_t index(int i, int j, int k) const
   {
-    return i + static_cast<size_t>(n[0]) * (j + static_cast<size_t>(n[1]) * k);
+    return i + static_cast<std::size_t>(n[0]) * (j + static_cast<std::size_t>(n[1]) * k);
   }
   void of(const double *x, int *c) const
   {
     for (int d = 0; d < 3; d++)
       c[d] = static_cast<int>(std::min(std::max((x[d] - lo[d]) * inverse, 0.0), n[d] - 1.0));
   }
-  size_t of(const double *x) const
+  std::size_t of(const double *x) const
   {
     int c[3];
     of(x, c);
@@ -60,15 +57,15 @@ struct Cells {
   /// Every cell also gets the bits of the cells within `far` of it.
   void spread(std::vector<unsigned> &bits, int far) const
   {
-    size_t stride = 1;
+    std::size_t stride = 1;
     std::vector<unsigned> from;
     for (int d = 0; d < 3; d++) {
       from = bits;
       for (int shift = 1; shift <= far && shift < n[d]; shift++) {
-        const size_t off = shift * stride, count = stride * (n[d] - shift);
-        for (size_t slab = 0; slab < bits.size(); slab += stride * n[d]) {
-          for (size_t i = slab; i < slab + count; i++) bits[i] |= from[i + off];
-          for (size_t i = slab; i < slab + count; i++) bits[i + off] |= from[i];
+        const std::size_t off = shift * stride, count = stride * (n[d] - shift);
+        for (std::size_t slab = 0; slab < bits.size(); slab += stride * n[d]) {
+          for (std::size_t i = slab; i < slab + count; i++) bits[i] |= from[i + off];
+          for (std::size_t i = slab; i < slab + count; i++) bits[i + off] |= from[i];
         }
       }
       stride *= n[d];
@@ -86,24 +83,24 @@ template <class Item> class CellList {
     for (const auto &item : unsorted) cells.add(item.x);
     cells.divide(size / far);
     start.assign(cells.count() + 1, 0);
-    std::vector<size_t> cell(unsorted.size());
-    for (size_t k = 0; k < unsorted.size(); k++) {
+    std::vector<std::size_t> cell(unsorted.size());
+    for (std::size_t k = 0; k < unsorted.size(); k++) {
       cell[k] = cells.of(unsorted[k].x);
       start[cell[k] + 1]++;
     }
-    for (size_t c = 0; c < cells.count(); c++) start[c + 1] += start[c];
+    for (std::size_t c = 0; c < cells.count(); c++) start[c + 1] += start[c];
     items.resize(unsorted.size());
     std::vector<int> next(start.begin(), start.end() - 1);
-    for (size_t k = 0; k < unsorted.size(); k++) items[next[cell[k]]++] = unsorted[k];
+    for (std::size_t k = 0; k < unsorted.size(); k++) items[next[cell[k]]++] = unsorted[k];
   }
   const std::vector<Item> &all() const { return items; }
 
-  size_t cell_of(const double *x) const { return cells.of(x); }
+  std::size_t cell_of(const double *x) const { return cells.of(x); }
   /// Of each cell: what bits(item) says of the items in it and in those around it.
   template <class F> std::vector<unsigned> bits_around(F bits) const
   {
     std::vector<unsigned> all(cells.count(), 0);
-    for (size_t c = 0; c < all.size(); c++)
+    for (std::size_t c = 0; c < all.size(); c++)
       for (int k = start[c]; k < start[c + 1]; k++) all[c] |= bits(items[k]);
     cells.spread(all, far);
     return all;
@@ -128,6 +125,6 @@ template <class Item> class CellList {
   std::vector<Item> items;
 };
 
-}    // namespace LAMMPS_NS
+}    // namespace defe
 
 #endif

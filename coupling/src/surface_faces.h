@@ -1,0 +1,53 @@
+#ifndef DEFE_COUPLING_SURFACE_FACES_H
+#define DEFE_COUPLING_SURFACE_FACES_H
+
+// Part of the search for contacts (surface_search.h): the faces of all elements around.
+
+#include "defe/coupling/surface_search.h"
+#include "defe/types.h"
+
+#include <cstddef>
+#include <vector>
+
+namespace defe::search {
+
+inline double dist_sq(const double *a, const double *b)
+{
+  const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+  return x * x + y * y + z * z;
+}
+
+/// A face without an element behind it, as it is now.
+struct Face {
+  int element, face;    // index into SurfaceScene::elements, local number
+  int node[4];
+  double centre[3], normal[3];
+  double extent;       // squared distance of its farthest node
+  std::size_t cell;    // for who chooses among them
+};
+
+class SurfaceFaces {
+ public:
+  void build(const SurfaceScene &);
+  std::vector<Face> all;
+  double extent_max = 0.0;    // of all, not squared
+
+  /// The four edges of a face at which its surface ends or bends sharply, in the reference configuration.
+  void find_rims(int face, bool rim[4]);
+  /// The faces at a node of this rank do not lie in one plane.
+  bool sharp(int node);
+
+ private:
+  const SurfaceScene *scene = nullptr;
+  std::vector<int> first_at, faces_at;    // faces at each particle
+  std::vector<Vec3> normals;              // in the reference configuration
+  std::vector<char> normal_known;
+  std::vector<char> sharp_node;    // 0 no, 1 yes, 2 not looked at
+
+  void list_by_node();
+  const Vec3 &reference_normal(int face);
+};
+
+}    // namespace defe::search
+
+#endif

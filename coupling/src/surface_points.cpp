@@ -1,0 +1,279 @@
+#include "surface_points.h"
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <map>
+
+namespace defe::search {
+
+void ContactPoints::run(const SurfaceScene &s, SurfaceFaces &fa, ContactFacets &f, SurfaceTables &t)
+{
+  scene = &s;
+  faces = &fa;
+  facets = &f;
+  tables = &t;
+  points.clear();
+  near.clear();
+  find_corners();
+  find_points();
+  if (t.facets.empty() || points.empty()) return;
+  sort_facets();
+  find_near();
+  for (auto &kind : lists) kind.clear();
+  make_tables();
+}
+
+/* ----------------------------------------------------------------------
+   the free facets of each node of this rank
+------------------------------------------------------------------------- */
+
+void ContactPoints::find_corners()
+{
+  const int nlocal = scene->particles.nlocal;
+  part_of.assign(nlocal, INT_MAX);
+  first_corner.assign(nlocal + 1, 0);
+  const auto for_corners = [&](auto f) {
+    for (int k = 0; k < facets->count(); k++)
+      if (facets->side(k).outer)
+        for (int i : tables->facets[k].node)
+          if (i < nlocal) f(i, k);
+  };
+  for_corners([&](int node, int facet) {
+    first_corner[node + 1]++;
+    // that parts share: the first
+    part_of[node] = std::min(part_of[node], tables->facets[facet].part);
+  });
+  for (int i = 0; i < nlocal; i++) first_corner[i + 1] += first_corner[i];
+  corners.resize(first_corner[nlocal]);
+  std::vector<int> next(first_corner.begin(), first_corner.end() - 1);
+  for_corners([&](int node, int facet) {
+    corners[next[node]++] = facet;
+  });
+}
+
+void ContactPoints::find_points()
+{
+  for (int i = 0; i < scene->particles.nlocal; i++) {
+    if (part_of[i] == INT_MAX) continue;
+    // a patch reaches beyond its node's place by its own size at the most
+    double own = 0.0;
+    unsigned looks = 0;
+    for (int c = first_corner[i]; c < first_corner[i + 1]; c++) {
+      own = std::max(own, facets->side(corners[c]).extent);
+      looks |= facets->side(corners[c]).directions;
+    }
+    points.push_back({i, part_of[i], -1, 0.0, 1.1 * own, opposite(looks)});
+  }
+  const SurfaceDEs &des = scene->des;
+  for (int d = 0; d < des.count; d++) {
+    const int i = des.particle[d];
+    points.push_back({i, des.part[d], d, des.distance[i], 0.5 * std::sqrt(des.area[d]), ~0u});
+  }
+}
+
+/* ----------------------------------------------------------------------
+   a node is joined to a facet of its part that shares a node with one of its own
+------------------------------------------------------------------------- */
+
+bool ContactPoints::joined(int node, const ContactFacet &facet) const
+{
+  const Ids &id = scene->particles.id;
+  for (int c = first_corner[node]; c < first_corner[node + 1]; c++)
+    for (int mine : tables->facets[corners[c]].node)
+      for (int other : facet.node)
+        if (id[mine] == id[other]) return true;
+  return false;
+}
+
+/* ----------------------------------------------------------------------
+   one of the node's facets looks against this one, or may do so before the next search
+------------------------------------------------------------------------- */
+
+bool ContactPoints::faces_it(int node, int facet) const
+{
+  const Vec3 &n = tables->planes[facet].normal;
+  for (int c = first_corner[node]; c < first_corner[node + 1]; c++)
+    if (-tables->planes[corners[c]].normal.dot(n) > facing) return true;
+  return false;
+}
+
+/* ----------------------------------------------------------------------
+   a node beside an edge beyond which the surface goes on counts no farther than half a patch
+------------------------------------------------------------------------- */
+
+bool ContactPoints::goes_on(const Point &p, const double *x, int k)
+{
+  facets->complete(k);
+  const ContactFacet &f = tables->facets[k];
+  const LocalPoint at = local_point(tables->planes[k], Vec3(x));
+  const double way[4] = {1.0 - at.xi, 1.0 + at.xi, 1.0 - at.eta, 1.0 + at.eta};
+  for (int e = 0; e < 4; e++)
+    if (!f.rim[e] && -way[e] * (e < 2 ? f.half_xi : f.half_eta) > 0.5 * p.aside + 1.5 * scene->skin)
+      return true;
+  return false;
+}
+
+/* ----------------------------------------------------------------------
+   facets in cells as large as their reach: a grid per class of sizes
+------------------------------------------------------------------------- */
+
+void ContactPoints::sort_facets()
+{
+  struct SizeClass {
+    double reach = 0.0;
+    std::vector<Candidate> candidates;
+  };
+  // of what a node and a DE add to a facet's own size: nodes' patches reach much farther
+  double most[2] = {0.0, 0.0};
+  for (const auto &p : points) {
+    double &its = most[p.de >= 0];
+    its = std::max(its, p.de >= 0 ? std::max(p.r, p.aside) : 1.5 * p.aside);
+  }
+  const double drift = 1.5 * scene->skin, extent_max = facets->largest_extent();
+  there.clear();
+  for (int kind = 0; kind < 2; kind++) {
+    if (most[kind] == 0.0) continue;    // none
+    std::map<int, SizeClass> classes;
+    for (int k = 0; k < facets->count(); k++) {
+      const ContactFacets::Side &side = facets->side(k);
+      // depths are below 0.5 extents
+      const double mine = 1.5 * side.extent + most[kind] + drift;
+      auto &c = classes[std::ilogb((1.5 * extent_max + most[kind] + drift) / mine)];
+      c.reach = std::max(c.reach, mine);
+      const double *at = side.centre;
+      c.candidates.push_back(
+          {{at[0], at[1], at[2]}, side.extent, tables->facets[k].part, k, side.directions});
+    }
+    for (auto &c : classes) {
+      lists[kind].emplace_back(std::move(c.second.candidates), c.second.reach, 2);
+      if (kind == 0)
+        there.push_back(lists[kind].back().bits_around([](const Candidate &f) {
+          return f.directions;
+        }));
+    }
+  }
+}
+
+/* ----------------------------------------------------------------------
+   facets around each point, in the order of their IDs
+------------------------------------------------------------------------- */
+
+void ContactPoints::find_near()
+{
+  for (std::size_t n = 0; n < points.size(); n++) {
+    const Point &p = points[n];
+    const bool is_node = p.de < 0;
+    const std::size_t before = near.size();
+    for (std::size_t l = 0; l < lists[!is_node].size(); l++) {
+      const auto &list = lists[!is_node][l];
+      if (is_node && !(there[l][list.cell_of(scene->particles.at(p.particle))] & p.against))
+        continue;
+      look_around(static_cast<int>(n), list);
+    }
+    if (near.size() > before + 1)
+      std::sort(near.begin() + before, near.end(), [&](const auto &a, const auto &b) {
+        return facets->by_identity(a.second, b.second);
+      });
+  }
+}
+
+void ContactPoints::look_around(int n, const List &list)
+{
+  const Point &p = points[n];
+  const double *xp = scene->particles.at(p.particle);
+  const bool is_node = p.de < 0, rigid = scene->parts[p.part].rigid;
+  const double drift = 1.5 * scene->skin;
+  const double reach = (is_node ? 1.5 * p.aside : std::max(p.r, p.aside));
+  list.runs_around(xp, [&](int first, int last) {
+    for (int c = first; c < last; c++) {
+      const Candidate &f = list.all()[c];
+      if (is_node && !(f.directions & p.against)) continue;
+      const double cut = 1.5 * f.extent + reach + drift;
+      if (dist_sq(xp, f.x) > cut * cut) continue;
+      if (rigid && tables->facets[f.facet].k_area < 0.0) continue;
+      if (may_touch(p, f)) near.emplace_back(n, f.facet);
+    }
+  });
+}
+
+bool ContactPoints::may_touch(const Point &p, const Candidate &f)
+{
+  const bool is_node = p.de < 0;
+  const double *xp = scene->particles.at(p.particle);
+  const double behind = 0.75 * f.extent + (is_node ? p.aside : 0.0);
+  if (tables->planes[f.facet].out_of_reach(Vec3(xp), is_node ? p.aside : p.r, behind, p.aside,
+                                           scene->skin))
+    return false;
+  const ContactFacet &facet = tables->facets[f.facet];
+  // a lasting tie: the facet need not be looked at again
+  if (!is_node) return !scene->ties->lasting(p.de, f.part, facet.element);
+  if (!faces_it(p.particle, f.facet) || goes_on(p, xp, f.facet)) return false;
+  return f.part != p.part || !joined(p.particle, facet);
+}
+
+/* ----------------------------------------------------------------------
+   tables: a point for each part that a node or DE is near
+------------------------------------------------------------------------- */
+
+void ContactPoints::add_patches(const Point &p)
+{
+  std::vector<int> own;
+  for (int c = first_corner[p.particle]; c < first_corner[p.particle + 1]; c++)
+    if (tables->facets[corners[c]].part == p.part) own.push_back(corners[c]);
+  std::sort(own.begin(), own.end(), [this](int a, int b) {
+    return facets->by_identity(a, b);
+  });
+  for (int facet : own) {
+    facets->use(facet);
+    const int *node = tables->facets[facet].node;
+    tables->patches.push_back(
+        {facet, static_cast<int>(std::find(node, node + 4, p.particle) - node)});
+  }
+}
+
+double ContactPoints::radius_against(const Point &p, int part) const
+{
+  if (p.de < 0) return p.r;
+  // against its own part a DE is a sphere: those of tall cells reach beyond it only outwards
+  const double r = part == p.part ? std::min(p.r, scene->particles.radius[p.particle]) : p.r;
+  // spheres of flat cells reach through the face that they were tied to from the start
+  return std::min(r, scene->ties->tied_face(p.de, part));
+}
+
+void ContactPoints::make_tables()
+{
+  auto &t = *tables;
+  for (std::size_t k = 0; k < near.size();) {
+    const int n = near[k].first;
+    const Point &p = points[n];
+    ContactPoint cp;
+    cp.atom = p.particle;
+    cp.own = static_cast<int>(t.patches.size());
+    cp.area = 0.0;
+    cp.half = p.aside;
+    cp.k_own = -1.0;
+    if (p.de >= 0) {
+      cp.area = scene->des.area[p.de];
+      cp.k_own =
+          scene->factor * scene->parts[p.part].bulk * scene->des.length[p.particle] / cp.area;
+    } else
+      add_patches(p);
+    cp.nown = static_cast<int>(t.patches.size()) - cp.own;
+    cp.sharp = p.de < 0 && faces->sharp(p.particle);
+    while (k < near.size() && near[k].first == n) {
+      cp.part = t.facets[near[k].second].part;
+      cp.first = static_cast<int>(t.candidates.size());
+      cp.r = radius_against(p, cp.part);
+      for (; k < near.size() && near[k].first == n && t.facets[near[k].second].part == cp.part;
+           k++) {
+        facets->use(near[k].second);
+        t.candidates.push_back(near[k].second);
+      }
+      cp.count = static_cast<int>(t.candidates.size()) - cp.first;
+      t.points.push_back(cp);
+    }
+  }
+}
+
+}    // namespace defe::search

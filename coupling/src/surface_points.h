@@ -1,0 +1,64 @@
+#ifndef DEFE_COUPLING_SURFACE_POINTS_H
+#define DEFE_COUPLING_SURFACE_POINTS_H
+
+// Part of the search for contacts (surface_search.h): the points of this rank, that is its nodes on
+// free surfaces and its DEs, and the facets that each may touch.
+
+#include "surface_facets.h"
+
+#include <utility>
+#include <vector>
+
+namespace defe::search {
+
+/// Facets of about one size around a place, in cells.
+struct Candidate {
+  double x[3];
+  double extent;
+  int part, facet;
+  unsigned directions;
+};
+
+class ContactPoints {
+ public:
+  void run(const SurfaceScene &, SurfaceFaces &, ContactFacets &, SurfaceTables &);
+
+ private:
+  struct Point {
+    int particle, part;
+    int de;              // index into SurfaceScene::des, -1: a node
+    double r, aside;     // how far beside a facet it still counts
+    unsigned against;    // directions of normals that it may press on
+  };
+  using List = CellList<Candidate>;
+
+  const SurfaceScene *scene = nullptr;
+  SurfaceFaces *faces = nullptr;
+  ContactFacets *facets = nullptr;
+  SurfaceTables *tables = nullptr;
+  std::vector<Point> points;
+  std::vector<int> part_of;                  // of owned nodes on free surfaces
+  std::vector<int> first_corner, corners;    // free facets of each owned node
+  std::vector<std::pair<int, int>> near;     // indices of point and facet
+  // for nodes and for DEs, one list for each class of sizes
+  std::vector<List> lists[2];
+  std::vector<std::vector<unsigned>>
+      there;    // directions of the facets around each cell, for nodes
+
+  void find_corners();
+  void find_points();
+  void sort_facets();
+  void find_near();
+  void look_around(int n, const List &);
+  bool may_touch(const Point &, const Candidate &);
+  bool joined(int node, const ContactFacet &) const;
+  bool faces_it(int node, int facet) const;
+  bool goes_on(const Point &, const double *x, int facet);
+  void make_tables();
+  void add_patches(const Point &);
+  double radius_against(const Point &, int part) const;
+};
+
+}    // namespace defe::search
+
+#endif
