@@ -46,7 +46,7 @@ void FixDefe::make_grids()
 }
 
 /* ----------------------------------------------------------------------
-   what LAMMPS sums itself, in an order that depends on the ranks
+   what LAMMPS does in an order, or with a rounding, that depends on the ranks
 ------------------------------------------------------------------------- */
 
 void FixDefe::note_unreproducible()
@@ -62,14 +62,19 @@ void FixDefe::note_unreproducible()
         }))
       others += fmt::format("{}fix {} {}", others.empty() ? "" : ", ", ifix->id, ifix->style);
   }
+  // it takes all positions to reduced coordinates and back
+  if (comm->nprocs > 1 && comm->style == Comm::BRICK &&
+      !modify->get_fix_by_style("^balance").empty())
+    others += fmt::format("{}fix balance with shift", others.empty() ? "" : ", ");
   if (force->pair_style && utils::strmatch(force->pair_style, "^hybrid"))
     others += fmt::format("{}the other styles of pair_style {}", others.empty() ? "" : ", ",
                           force->pair_style);
   if (others.empty()) return;
-  error->warning(FLERR,
-                 "Fix defe reproducible: {} add(s) numbers up in an order that depends on the "
-                 "ranks: what they act on agrees to rounding only",
-                 others);
+  error->warning(
+      FLERR,
+      "Fix defe reproducible: LAMMPS' own sums and roundings depend on the ranks in {}: what "
+      "these act on, and what it touches, is the same to rounding only",
+      others);
 }
 
 /* ----------------------------------------------------------------------

@@ -4,6 +4,7 @@
 // ranks: 1 2 3 4
 // timeout: 240
 
+#include "contact_scene.h"
 #include "glass_block.h"
 #include "joints.h"
 #include "layers.h"
@@ -32,7 +33,7 @@ struct Domains {
 };
 
 /// A body that cracks, and what is done to it.
-struct Scene {
+struct Body {
   std::string name;
   std::string fix;     // materials and options of fix defe
   std::string mesh;    // commands that make it
@@ -100,12 +101,12 @@ std::string header(const Domains &d)
       "\nboundary " + d.boundary + "\nprocessors " + d.processors + "\n";
 }
 
-std::string fix_of(const Scene &s, const std::string &events)
+std::string fix_of(const Body &s, const std::string &events)
 {
   return "fix fe all defe " + s.fix + " reproducible yes events " + events + "\n";
 }
 
-std::string motion(const Scene &s)
+std::string motion(const Body &s)
 {
   return "group nodes type 1\ngroup ball type 3\nfix move1 nodes nve\n"
          "fix move2 particles nve/sphere\nfix move3 ball nve/sphere\n"
@@ -125,7 +126,7 @@ Outcome finish(Lammps &lmp, MPI_Comm comm, const std::string &events)
 }
 
 /// restart: name of a restart file that is written at half of the steps, empty: none.
-Outcome run(MPI_Comm comm, const Scene &s, const Domains &d, const std::string &restart = "")
+Outcome run(MPI_Comm comm, const Body &s, const Domains &d, const std::string &restart = "")
 {
   const std::string events = size_of(comm) > 1 ? "bits.many.txt" : "bits.one.txt";
   remove_file(events, comm);
@@ -149,7 +150,7 @@ Outcome run(MPI_Comm comm, const Scene &s, const Domains &d, const std::string &
 }
 
 /// The second half.
-Outcome go_on(MPI_Comm comm, const Scene &s, const Domains &d, const std::string &restart)
+Outcome go_on(MPI_Comm comm, const Body &s, const Domains &d, const std::string &restart)
 {
   const std::string events = "bits.again.txt";
   remove_file(events, comm);
@@ -177,7 +178,7 @@ void expect_same_bits(const Outcome &a, const Outcome &b, const std::string &nam
 }
 
 /// Lines of an event file after half of the steps.
-std::string second_half(const std::string &events, const Scene &scene)
+std::string second_half(const std::string &events, const Body &scene)
 {
   std::istringstream in(events);
   std::string rest;
@@ -210,7 +211,7 @@ std::vector<Domains> ways()
   return list;
 }
 
-void compare(const Scene &scene, const std::string &boundary = "f f f")
+void compare(const Body &scene, const std::string &boundary = "f f f")
 {
   const bool root = rank_of(MPI_COMM_WORLD) == 0;
   Domains one;
@@ -238,9 +239,9 @@ const std::string ball = "create_atoms 3 single 0.0013 0.01101 0.0021\n"
                          "set type 3 diameter 0.006 density 7800\nvelocity all set 0 0 0\n"
                          "group ball0 type 3\nvelocity ball0 set 12 -20 3\n";
 
-Scene cracking_beam()
+Body cracking_beam()
 {
-  Scene s;
+  Body s;
   s.name = "beam";
   s.fix = glass + "convert glass 5.6e7 type 2 group particles contact 0.2 friction 0.3";
   s.mesh = beam;
@@ -262,7 +263,7 @@ TEST(Reproducible, CrackingBeamUnderABall)
 
 TEST(Reproducible, TwoClocks)
 {
-  Scene s = cracking_beam();
+  Body s = cracking_beam();
   s.name = "two clocks";
   s.fix += " every 2";
   compare(s);
@@ -275,7 +276,7 @@ TEST(Reproducible, PeriodicBox)
 
 TEST(Reproducible, DiscreteElementsThatFallApart)
 {
-  Scene s = cracking_beam();
+  Body s = cracking_beam();
   s.name = "discrete";
   s.fix = glass +
       "convert glass 5.6e7 type 2 group particles start all contact 0.2 friction 0.3 shield no";
@@ -290,7 +291,7 @@ TEST(Reproducible, DiscreteElementsThatFallApart)
 // glass, viscoelastic film, glass, which comes off the film; the plies rub against what is below
 TEST(Reproducible, LaminateWithAdhesives)
 {
-  Scene s;
+  Body s;
   s.name = "laminate";
   s.fix = "material glass elastic 74.09e9 0.2 2500 part lower glass part upper glass "
           "material inter prony 20e9 1100 0.69e6 1 0.32931e9 1e4 "
@@ -309,4 +310,78 @@ TEST(Reproducible, LaminateWithAdhesives)
     EXPECT_GT(lmp.fe(VISCOUS), 0.0);
   };
   compare(s);
+}
+
+// What the option cannot hold is said.
+TEST(Reproducible, WhatItCannotHoldIsSaid)
+{
+  const std::string log = "log.bits";
+  Domains d;
+  Body s = cracking_beam();
+  Lammps lmp;
+  WarningLog warnings(lmp, log);
+  lmp.commands(header(d) +
+               "region box block -0.03 0.03 -0.012 0.028 -0.012 0.016\n"
+               "create_box 3 box\npair_style defe/joint\n" +
+               s.pair + "group particles empty\n" + "fix fe all defe " + s.fix +
+               " material impactor rigid 1e5 reproducible yes\n" + s.mesh +
+               "create_hexes fe impactor 3 x -0.002 2 0.002 y 0.00801 1 0.01001 z 0 2 0.004\n"
+               "group nodes type 1\ngroup ram type 3\nfix move1 nodes nve\n"
+               "fix move2 particles nve/sphere\nfix move3 ram rigid/nve single\n"
+               "fix lb all balance 10 1.1 shift x 10 1.1\ntimestep 5e-8\n");
+  lmp.run(0);
+  const auto said = warnings.warnings();
+  const auto rounding = testing::AllOf(
+      testing::HasSubstr("Fix defe reproducible"), testing::HasSubstr("fix move3 rigid/nve"),
+      size_of(MPI_COMM_WORLD) > 1 ? testing::HasSubstr("fix balance with shift")
+                                  : testing::HasSubstr("reproducible"));
+  EXPECT_THAT(said, testing::Contains(rounding));
+}
+
+TEST(Reproducible, ForcesAndMassesOutOfRange)
+{
+  if (rank_of(MPI_COMM_WORLD) > 0) return;    // error->one() would end the other ranks
+  const auto message = [](const Block &block, bool stretch, const std::string &more) {
+    try {
+      Lammps lmp(MPI_COMM_SELF);
+      lmp.commands(block.header() + block.box() + block.fix() + block.mesh() + more +
+                   block.motion());
+      lmp.run(0);
+      if (stretch)
+        lmp.change([](Particle &p) {
+          p.x *= 6.0;
+        });
+      lmp.run(1);
+    } catch (std::exception &e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  Block block;
+  block.options = "reproducible yes kernel lagrangian";
+  block.dt = 1e-12;
+  block.box_hi[0] = block.box_hi[1] = block.box_hi[2] = 0.09;
+  EXPECT_THAT(message(block, false, ""), testing::IsEmpty());
+  EXPECT_THAT(
+      message(block, true, ""),
+      testing::AllOf(testing::HasSubstr("too large for the exact sums of fix defe reproducible"),
+                     testing::HasSubstr("use a smaller timestep")));
+  // two parts that share nodes, with densities of 1 to 10^8
+  MeshFile mesh;
+  mesh.add_block("glass", 1, 2, 1, 1, 2e-3, [](const Vec3 &X) {
+    return X;
+  });
+  mesh.part[1] = "lead";
+  mesh.write("bits_mass.data", MPI_COMM_SELF);
+  try {
+    Lammps lmp(MPI_COMM_SELF);
+    Domains d;
+    lmp.commands(header(d) + block.box() +
+                 "fix fe all defe material glass elastic 7e10 0.2 2500 "
+                 "material lead elastic 7e10 0.2 2.5123456e11 reproducible yes\n" +
+                 read_mesh("bits_mass.data") + "fix move1 all nve\ntimestep 1e-8\nrun 0\n");
+    ADD_FAILURE() << "not refused";
+  } catch (std::exception &e) {
+    EXPECT_THAT(e.what(), testing::HasSubstr("masses that differ too much to be summed exactly"));
+  }
 }
