@@ -365,11 +365,10 @@ void PairDefeJoint::connective_and_ties()
       } else {
         const auto &node = jt.tie_node[~nb];
         for (int k = 0; k < 3; k++) fi[k] += h[k];
-        for (int a = 0; a < 4; a++)
-          if (grid.on())
-            for (int k = 0; k < 3; k++)
-              f[node[a]][k] -= fix->on_grid(grid, defe::tie_weight[a] * h[k], node[a]);
-          else
+        if (grid.on())
+          pull_exactly(node.data(), h);
+        else
+          for (int a = 0; a < 4; a++)
             for (int k = 0; k < 3; k++) f[node[a]][k] -= defe::tie_weight[a] * h[k];
         if (h[0] * h[0] + h[1] * h[1] + h[2] * h[2] > screen[d][s]) reached.push_back(6 * d + s);
         ties++;
@@ -948,8 +947,16 @@ void PairDefeJoint::forget_touch(int i, int j)
 }
 
 /* ----------------------------------------------------------------------
-   of exact sums, if they are asked for
+   of exact sums, if they are asked for: the force of a tie on the nodes of its face, and a contribution
 ------------------------------------------------------------------------- */
+
+void PairDefeJoint::pull_exactly(const int *node, const double *force)
+{
+  for (int a = 0; a < 4; a++)
+    for (int k = 0; k < 3; k++)
+      atom->f[node[a]][k] -=
+          fix->on_grid(fix->force_grid, defe::tie_weight[a] * force[k], node[a]);
+}
 
 Vec3 PairDefeJoint::on_grid(Vec3 value, int i, bool torque)
 {
