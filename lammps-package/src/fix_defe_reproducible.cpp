@@ -84,18 +84,15 @@ void FixDefe::note_unreproducible()
 
 void FixDefe::check_range(bool sums)
 {
-  if (sums && force_grid.on() && atom->nlocal) {
+  const int n = sums && force_grid.on() ? 3 * atom->nlocal : 0;
+  if (n > 0) {
     const double *f = atom->f[0], *torque = atom->torque[0];
-    double most[2] = {0.0, 0.0};
-    for (int i = 0; i < 3 * atom->nlocal; i++) {
-      most[0] = MAX(most[0], std::abs(f[i]));
-      most[1] = MAX(most[1], std::abs(torque[i]));
-    }
-    for (int i = 0;
-         i < 3 * atom->nlocal && MAX(most[0] / force_grid.limit, most[1] / torque_grid.limit) > 8.0;
-         i++)
-      if (force_grid.beyond(0.125 * f[i]) || torque_grid.beyond(0.125 * torque[i]))
-        beyond_grid = i / 3;
+    const double most[2] = {8.0 * force_grid.limit, 8.0 * torque_grid.limit};
+    int count = 0;
+    for (int i = 0; i < n; i++) count += std::abs(f[i]) > most[0];
+    for (int i = 0; i < n; i++) count += std::abs(torque[i]) > most[1];
+    for (int i = 0; i < n && count; i++)
+      if (std::abs(f[i]) > most[0] || std::abs(torque[i]) > most[1]) beyond_grid = i / 3;
   }
   if (beyond_grid < 0) return;
   const double *x = atom->x[beyond_grid];

@@ -954,8 +954,7 @@ void PairDefeJoint::pull_exactly(const int *node, const double *force)
 {
   for (int a = 0; a < 4; a++)
     for (int k = 0; k < 3; k++)
-      atom->f[node[a]][k] -=
-          fix->on_grid(fix->force_grid, defe::tie_weight[a] * force[k], node[a]);
+      atom->f[node[a]][k] -= fix->on_grid(fix->force_grid, defe::tie_weight[a] * force[k], node[a]);
 }
 
 Vec3 PairDefeJoint::on_grid(Vec3 value, int i, bool torque)
