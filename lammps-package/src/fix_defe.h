@@ -275,7 +275,8 @@ class FixDefe : public Fix {
   double contact_friction = 0.0;
   // overlaps that are there before the first step; of balls those that are deep are refused by default
   bool refuse_overlaps = false, ease_overlaps = false;
-  int beyond_grid = -1;    // an atom with a force or torque that is too large for exact sums
+  double largest_force = 0.0;    // that an element bears at a strain of 1
+  int beyond_grid = -1;          // an atom with a force or torque that is too large for exact sums
   void make_grids();
   void note_unreproducible();
   void check_range(bool sums);

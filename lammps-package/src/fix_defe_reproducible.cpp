@@ -29,15 +29,8 @@ using namespace LAMMPS_NS;
 
 void FixDefe::make_grids()
 {
-  double modulus = 0.0;
-  for (const auto &p : parts) {
-    if (material_of(p).rigid()) continue;
-    const auto &e = material_of(p).elastic();
-    modulus = MAX(modulus, e.lambda() + 2.0 * e.mu());
-  }
-  if (modulus > 0.0 && max_facet > 0.0) {
-    // an area is half of its diagonal squared at the most; a contact may be stiffer than its element
-    const double force = MAX(1.0, contact_factor) * modulus * 0.5 * max_facet * max_facet;
+  if (largest_force > 0.0) {
+    const double force = MAX(1.0, contact_factor) * largest_force;    // contacts may be stiffer
     force_grid = defe::sum_grid(force);
     torque_grid = defe::sum_grid(force * MAX(max_diagonal, 2.0 * largest_ball));
   }

@@ -263,7 +263,7 @@ void FixDefe::mesh_shapes(Mesh &mesh)
 {
   const int n = static_cast<int>(mesh.hex.size());
   mesh.mass.resize(n);
-  double dt = 1.0e300, diagonal = 0.0, facet = 0.0, shortest = 1.0e300;
+  double dt = 1.0e300, diagonal = 0.0, facet = 0.0, shortest = 1.0e300, strongest = 0.0;
   bigint suspicious = 0;
   std::vector<double> radius(atom->ntypes + 1, 0.0);
   std::vector<double> size_sum(2 * parts.size(), 0.0);
@@ -338,6 +338,10 @@ void FixDefe::mesh_shapes(Mesh &mesh)
       size_sum[2 * h.part] += std::cbrt(h.volume);
       size_sum[2 * h.part + 1] += 1.0;
       if (!m.rigid()) {
+        // an area is half of its diagonal squared at the most
+        strongest = MAX(strongest,
+                        (m.elastic().lambda() + 2.0 * m.elastic().mu()) * 0.5 *
+                            std::pow(defe::fe::max_face_diagonal(X), 2));
         double step = -1.0, step_de = 1.0e300, step_joint = 1.0e300;
         const HexCoords shape = reproducible ? defe::fe::rounded_shape(X) : X;
         for (const auto &s : steps)
@@ -381,6 +385,7 @@ void FixDefe::mesh_shapes(Mesh &mesh)
   if (dt_joints >= 1.0e300) dt_joints = 0.0;
   MPI_Allreduce(&diagonal, &max_diagonal, 1, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(&facet, &max_facet, 1, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(&strongest, &largest_force, 1, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(&shortest, &max_step_length, 1, MPI_DOUBLE, MPI_MIN, world);
   max_step_length *= 0.25;
   MPI_Allreduce(radius.data(), de_radius_max.data(), static_cast<int>(radius.size()), MPI_DOUBLE,
