@@ -1685,11 +1685,8 @@ int FixDefe::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int 
       buf[m++] = ubuf(c.lot).d;
       for (tagint t : c.node) buf[m++] = ubuf(t).d;
       for (const auto &xa : c.x)
-        for (int k = 0; k < 3; k++) {
-          // bit for bit where no period is in between
-          const double frame = c.x[at.second][k] - atom->x[list[ii]][k];
-          buf[m++] = reproducible ? xa[k] - frame + shift[k] : xa[k] - c.x[at.second][k];
-        }
+        // bit for bit, they are those of the element's first node: who uses them takes the nearest image
+        for (int k = 0; k < 3; k++) buf[m++] = reproducible ? xa[k] : xa[k] - c.x[at.second][k];
     }
     buf[0] = ubuf(m).d;
   }
