@@ -297,11 +297,27 @@ namespace {
     }
   }
 
+  /// Each DE by the formula for all joints if it has all, whatever those beside it have.
+  void corner_forces_of_each(Chunk &k)
+  {
+    Chunk complete = k;
+    corner_forces<true>(complete);
+    corner_forces<false>(k);
+    for (int l = 0; l < W; ++l) {
+      bool all = true;
+      for (int s = 0; s < 6; ++s) all = all && k.m[s][l] != 0.0;
+      if (!all) continue;
+      for (int s = 0; s < 6; ++s)
+        for (int c = 0; c < 3; ++c) k.f[s][c][l] = complete.f[s][c][l];
+      k.energy[l] = complete.energy[l];
+    }
+  }
+
 }    // namespace
 
 double corner_strain_orthogonal(const OrthogonalLattice &lattice, const double *x,
                                 const double *points, const CornerModuli *table,
-                                double (*half_force)[6][3], double *energy)
+                                double (*half_force)[6][3], double *energy, bool each_alone)
 {
   Chunk k;
   double sum = 0.0;
@@ -313,6 +329,9 @@ double corner_strain_orthogonal(const OrthogonalLattice &lattice, const double *
     unsigned all = 0x3f;
     for (int l = 0; l < lanes; ++l) all &= lattice.present[first + l];
     const bool full = all == 0x3f;
+    bool any_full = false;
+    if (each_alone && !full)
+      for (int l = 0; l < lanes; ++l) any_full = any_full || lattice.present[first + l] == 0x3f;
 
     for (int l = 0; l < W; ++l) {
       const int i = first + std::min(l, lanes - 1);    // the last DE pads the last chunk
@@ -343,6 +362,8 @@ double corner_strain_orthogonal(const OrthogonalLattice &lattice, const double *
 
     if (full)
       corner_forces<true>(k);
+    else if (any_full)
+      corner_forces_of_each(k);
     else
       corner_forces<false>(k);
 

@@ -1,4 +1,4 @@
-#include "defe/coupling/surface_forces.h"
+#include "added_forces.h"
 
 #include "defe/coupling/friction.h"
 #include "defe/coupling/surface_contact.h"
@@ -25,18 +25,6 @@ double side_weight(double own_area, double facet_area)
 }
 
 namespace {
-
-  Vec3 vector_at(const double *x, int i)
-  {
-    return Vec3(x[3 * static_cast<std::ptrdiff_t>(i)], x[3 * static_cast<std::ptrdiff_t>(i) + 1],
-                x[3 * static_cast<std::ptrdiff_t>(i) + 2]);
-  }
-
-  void add_at(double *f, int i, const Vec3 &force)
-  {
-    double *p = f + 3 * static_cast<std::ptrdiff_t>(i);
-    for (int k = 0; k < 3; ++k) p[k] += force[k];
-  }
 
   /// The softer deformable side.
   double softer(double one, double other)
@@ -83,12 +71,13 @@ namespace {
     size_t count = 0;
   };
 
-  class Loop {
+  /// exact: all that is added to forces and torques is on the grids of the arrays.
+  template <bool exact> class Loop {
    public:
     Loop(const SurfaceTables &tables, const SurfaceArrays &arrays, ContactMemory &history,
          std::vector<double> *energies) :
         t(tables),
-        a(arrays), memory(history), energy_of(energies)
+        a(arrays), memory(history), energy_of(energies), add(arrays)
     {
     }
 
@@ -97,6 +86,7 @@ namespace {
       if (energy_of) energy_of->assign(t.points.size() + t.balls.size(), 0.0);
       for (size_t k = 0; k < t.points.size(); ++k) point(static_cast<int>(k));
       for (size_t k = 0; k < t.balls.size(); ++k) ball(static_cast<int>(k));
+      result.beyond = add.beyond;
       return std::move(result);
     }
 
@@ -105,6 +95,7 @@ namespace {
     const SurfaceArrays &a;
     ContactMemory &memory;
     std::vector<double> *energy_of;
+    AddedForces<exact> add;
     SurfaceResult result;
     ActiveList active;
     // of this point in this step: energy that came from nothing, and that was let through
@@ -112,7 +103,7 @@ namespace {
 
     void add_load(const ContactFacet &facet, const FacetLoad &load)
     {
-      for (int k = 0; k < 4; ++k) add_at(a.f, facet.node[k], load.on_node(k));
+      for (int k = 0; k < 4; ++k) add.force(facet.node[k], load.on_node(k));
     }
 
     void add_virial(const FacetPlane &g, const FacetLoad &load, const Vec3 &origin)
@@ -511,7 +502,7 @@ namespace {
       history->energy = energy;
       if (a.friction > 0.0 && pushes > 0.0)
         on_point += friction_of_point(cp, *history, p, normal, pushes, stiffness);
-      add_at(a.f, cp.atom, on_point);
+      add.force(cp.atom, on_point);
     }
 
     /// Coulomb friction of a node or DE: one tangential spring against the facets that it presses on, each
@@ -547,7 +538,7 @@ namespace {
         history.stored = r.stored;
         result.friction += r.rubbed;
       }
-      if (sphere) add_at(a.torque, cp.atom, arm.cross(r.force));
+      if (sphere) add.torque(cp.atom, arm.cross(r.force));
       for (const Active &one : active) {
         if (one.weight == 0.0) continue;
         const FacetPlane &g = t.planes[one.facet];
@@ -624,11 +615,11 @@ namespace {
           const Vec3 rub = -drag / speed * slip;
           force += rub;
           load.add(g, -rub, r.xi, r.eta, 0.0);
-          add_at(a.torque, i, rub.cross(off));
+          add.torque(i, rub.cross(off));
           if (a.moving) result.friction += drag * speed * a.dt;
         }
       }
-      add_at(a.f, i, force);
+      add.force(i, force);
       add_load(facet, load);
       add_virial(g, load, c);
     }
@@ -691,7 +682,8 @@ namespace {
 SurfaceResult surface_forces(const SurfaceTables &tables, const SurfaceArrays &arrays,
                              ContactMemory &memory, std::vector<double> *energy_of)
 {
-  return Loop(tables, arrays, memory, energy_of).run();
+  if (arrays.force_grid.on()) return Loop<true>(tables, arrays, memory, energy_of).run();
+  return Loop<false>(tables, arrays, memory, energy_of).run();
 }
 
 }    // namespace defe

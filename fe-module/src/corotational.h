@@ -154,7 +154,7 @@ struct CorotationalShape {
 
 /// Stiffness: has a CorotationalShape `shape`, a flag `rectangular` (G is diagonal and Y has linear
 /// modes only) and apply(u, p): modes of the displacements times 8 -> modes of the forces K u.
-template <class Stiffness, bool with_energy, bool with_bound, bool with_virial>
+template <class Stiffness, bool with_energy, bool with_bound, bool with_virial, bool exact>
 void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic &material, int n,
                              const int (*nodes)[8], const double *x, double *f,
                              const HexKernel::Output &out)
@@ -263,7 +263,10 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
         force[i][m] = -(R[i][0] * p[0][m] + R[i][1] * p[1][m] + R[i][2] * p[2][m]);
 
     if constexpr (with_virial) add_virial(elements, y, force, virial);
-    scatter_modes(elements, force, f);
+    if constexpr (exact)
+      scatter_modes_exactly(elements, first, force, f, out);
+    else
+      scatter_modes(elements, force, f);
   }
 
   if constexpr (with_virial) sum_lanes(virial, out.virial);
@@ -276,9 +279,9 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
                              const int (*nodes)[8], const double *x, double *f,
                              const HexKernel::Output &out)
 {
-  const auto call = [&](auto energy, auto bound, auto virial) {
-    add_corotational_forces<Stiffness, energy(), bound(), virial()>(stiffness, material, n, nodes,
-                                                                    x, f, out);
+  const auto call = [&](auto energy, auto bound, auto virial, auto exact) {
+    add_corotational_forces<Stiffness, energy(), bound(), virial(), exact()>(stiffness, material, n,
+                                                                             nodes, x, f, out);
   };
   choose_outputs(out, call);
 }

@@ -116,7 +116,7 @@ struct FBarPoint : Deformation {
   }
 };
 
-template <class Law, bool with_energy, bool with_bound, bool with_virial>
+template <class Law, bool with_energy, bool with_bound, bool with_virial, bool exact>
 void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)[8],
                      const double *x, const double *X, double *f, const HexKernel::Output &out)
 {
@@ -232,7 +232,10 @@ void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)
     tangents_to_forces(tf, force);
     for (int i = 0; i < 3; ++i) force[i][7] += poison;
     if constexpr (with_virial) add_virial(elements, y, force, virial);
-    scatter_modes(elements, force, f);
+    if constexpr (exact)
+      scatter_modes_exactly(elements, first, force, f, out);
+    else
+      scatter_modes(elements, force, f);
   }
 
   if constexpr (with_virial) sum_lanes(virial, out.virial);
@@ -251,8 +254,9 @@ void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)
       throw std::invalid_argument("a law with history needs Output::history, also for dt = 0");
     if (!(out.dt >= 0.0)) throw std::invalid_argument("Output::dt must not be negative or NaN");
   }
-  choose_outputs(out, [&](auto energy, auto bound, auto virial) {
-    add_fbar_forces<Law, energy(), bound(), virial()>(law, history_size, n, nodes, x, X, f, out);
+  choose_outputs(out, [&](auto energy, auto bound, auto virial, auto exact) {
+    add_fbar_forces<Law, energy(), bound(), virial(), exact()>(law, history_size, n, nodes, x, X, f,
+                                                               out);
   });
 }
 

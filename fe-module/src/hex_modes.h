@@ -8,6 +8,7 @@
 // centre. With c~_m = 8 c_m on the way in, and forces f_a = sum_m phi_m(a) g_m on the way out,
 // sum_a f_a . v_a = sum_m g_m . c~_m: no factors of 8 in the loops.
 
+#include "defe/exact_sum.h"
 #include "defe/fe/kernel.h"
 #include "defe/simd.h"
 
@@ -113,15 +114,40 @@ DEFE_INLINE void gather_modes(const LaneElements &elements, const double *vector
   for (int i = 0; i < 3; ++i) nodes_to_modes(v[i]);
 }
 
-/// f_a += sum_m phi_m(a) g_m; destroys g.
-DEFE_INLINE void scatter_modes(const LaneElements &elements, Pack g[3][8], double *f)
+/// f_a += g_a
+DEFE_INLINE void add_to_nodes(const LaneElements &elements, const Pack g[3][8], double *f)
 {
-  for (int i = 0; i < 3; ++i) modes_to_nodes(g[i]);
   for (int l = 0; l < elements.valid; ++l)
     for (int corner = 0; corner < 8; ++corner) {
       double *node = entry(f, elements.nodes[l][hex_corner_node[corner]]);
       for (int i = 0; i < 3; ++i) node[i] += g[i][corner][l];
     }
+}
+
+/// f_a += sum_m phi_m(a) g_m; destroys g.
+DEFE_INLINE void scatter_modes(const LaneElements &elements, Pack g[3][8], double *f)
+{
+  for (int i = 0; i < 3; ++i) modes_to_nodes(g[i]);
+  add_to_nodes(elements, g, f);
+}
+
+/// The same with contributions on a grid.
+DEFE_INLINE void scatter_modes_exactly(const LaneElements &elements, int start, Pack g[3][8],
+                                       double *f, const HexKernel::Output &out)
+{
+  const Pack shift = simd::broadcast(out.grid->shift), limit = simd::broadcast(out.grid->limit);
+  simd::Mask beyond = simd::Mask{};
+  for (int i = 0; i < 3; ++i) {
+    modes_to_nodes(g[i]);
+    for (int corner = 0; corner < 8; ++corner) {
+      g[i][corner] = (g[i][corner] + shift) - shift;
+      beyond |= simd::abs(g[i][corner]) > limit;
+    }
+  }
+  if (__builtin_expect(out.beyond && simd::any(beyond), false))
+    for (int l = elements.valid - 1; l >= 0; --l)
+      if (beyond[l] && *out.beyond < 0) *out.beyond = start + l;
+  add_to_nodes(elements, g, f);
 }
 
 /// One value per element.
@@ -175,7 +201,7 @@ DEFE_INLINE void sum_lanes(const Pack virial[6], double out[6])
     for (int l = 0; l < simd::width; ++l) out[k] += virial[k][l];
 }
 
-/// Calls f(energy, bound, virial) with std::true_type or std::false_type for each wanted output:
+/// Calls f(energy, bound, virial, exact) with std::true_type or std::false_type for each wanted output:
 /// in the loops, what nobody wants shall cost nothing.
 template <class F> void choose_outputs(const HexKernel::Output &out, const F &f)
 {
@@ -188,7 +214,9 @@ template <class F> void choose_outputs(const HexKernel::Output &out, const F &f)
   choose(out.energy, [&](auto energy) {
     choose(out.stress_bound, [&](auto bound) {
       choose(out.virial, [&](auto virial) {
-        f(energy, bound, virial);
+        choose(out.grid && out.grid->on(), [&](auto exact) {
+          f(energy, bound, virial, exact);
+        });
       });
     });
   });

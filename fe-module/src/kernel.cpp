@@ -3,6 +3,8 @@
 #include "corotational.h"
 #include "defe/fe/hex8.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace defe::fe {
@@ -107,6 +109,18 @@ bool congruent(const HexCoords &A, const HexCoords &B, double tol)
 {
   const HexCoords difference = (A.colwise() - A.col(0)) - (B.colwise() - B.col(0));
   return difference.colwise().norm().maxCoeff() <= tol * max_diagonal(A);
+}
+
+HexCoords rounded_shape(const HexCoords &X)
+{
+  HexCoords shape = X.colwise() - X.col(0);
+  // no powers of two of lengths or places that a mesh is likely to have
+  const int by_size = std::ilogb(1.37 * shape.cwiseAbs().maxCoeff()) - 42;
+  const int by_place = std::ilogb(1.37 * X.cwiseAbs().maxCoeff()) - 52 + 6;
+  const double quantum = std::ldexp(1.0, std::max(by_size, by_place));
+  for (int a = 0; a < 8; ++a)
+    for (int k = 0; k < 3; ++k) shape(k, a) = quantum * std::nearbyint(shape(k, a) / quantum);
+  return shape;
 }
 
 std::unique_ptr<HexKernel> make_congruent_kernel(const HexCoords &X,

@@ -295,6 +295,11 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
         iarg += 2;
       }
 
+    } else if (key == "reproducible") {
+      need(2, "reproducible");
+      reproducible = utils::logical(FLERR, arg[iarg + 1], false, lmp);
+      iarg += 2;
+
     } else if (key == "events") {
       need(2, "events");
       event_file = arg[iarg + 1];
@@ -303,7 +308,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
     } else
       error->all(FLERR,
                  "Unknown fix defe keyword {}: use material, part, convert, adhesive, contact, "
-                 "shield, stress, kernel, every, check or events",
+                 "shield, stress, kernel, every, check, reproducible or events",
                  key);
   }
 
@@ -469,6 +474,7 @@ void FixDefe::init()
   MPI_Allreduce(&ball, &largest_ball, 1, MPI_DOUBLE, MPI_MAX, world);
   for (int type = 1; type <= atom->ntypes && contact_factor > 0.0; type++)
     largest_ball = MAX(largest_ball, radius_to_come(type));
+  if (reproducible) make_grids();
   natoms_known = atom->natoms;
   doubtful_newcomers.clear();
   longest_provided = MAX(longest_provided, 1.05 * max_diagonal);
@@ -991,19 +997,22 @@ bool FixDefe::local_hex(const HexRecord &h, int anchor, int *idx) const
 int FixDefe::kernel_of(int part, const HexCoords &X)
 {
   const Material &m = material_of(parts[part]);
-  const bool shape = !m.rigid() && !force_lagrangian && m.law->has_shape_kernel(X);
+  const HexCoords own = reproducible ? defe::fe::rounded_shape(X) : X;
+  const bool shape = !m.rigid() && !force_lagrangian && m.law->has_shape_kernel(own);
   for (size_t k = 0; k < kernels.size(); k++) {
     if (kernels[k].part != part) continue;
     if (m.rigid()) return static_cast<int>(k);
     if (kernels[k].of_shape != shape) continue;
-    if (!shape || defe::fe::congruent(kernels[k].shape, X)) return static_cast<int>(k);
+    if (!shape ||
+        (reproducible ? kernels[k].shape == own : defe::fe::congruent(kernels[k].shape, X)))
+      return static_cast<int>(k);
   }
   Kernel k;
   k.part = part;
   k.of_shape = shape;
-  k.shape = X;
+  k.shape = own;
   if (!m.rigid()) {
-    k.kernel = shape ? m.law->make_shape_kernel(X) : m.law->make_kernel();
+    k.kernel = shape ? m.law->make_shape_kernel(own) : m.law->make_kernel();
     k.history = k.kernel->history_size();
   }
   kernels.push_back(std::move(k));
@@ -1048,6 +1057,7 @@ void FixDefe::pre_reverse(int /*eflag*/, int vflag)
     }
   }
   if (contact_factor > 0.0) contact_forces();
+  if (reproducible) check_range(false);
   if (vflag_global)
     for (int k = 0; k < 6; k++) virial[k] += virial_fe[k];
 }
@@ -1059,7 +1069,7 @@ void FixDefe::pre_reverse(int /*eflag*/, int vflag)
 
 void FixDefe::evaluate_finite(double *f, double history_step)
 {
-  int inverted = -1;
+  int inverted = -1, beyond = -1;
   for (auto &b : batches) {
     if (b.rigid || b.node.empty()) continue;
     defe::fe::HexKernel::Output out;
@@ -1073,6 +1083,10 @@ void FixDefe::evaluate_finite(double *f, double history_step)
     }
     out.inverted = &inverted;
     inverted = -1;
+    if (reproducible) {
+      out.grid = &force_grid;
+      out.beyond = &beyond;
+    }
     kernels[b.kernel].kernel->add_forces(static_cast<int>(b.node.size()),
                                          reinterpret_cast<const int(*)[8]>(b.node.data()),
                                          &atom->x[0][0], &xframe[0][0], f, out);
@@ -1084,6 +1098,8 @@ void FixDefe::evaluate_finite(double *f, double history_step)
                  "use a smaller timestep, or let it convert earlier{}",
                  h.id, parts[h.part].name, update->ntimestep, x[0], x[1], x[2], minimizer_hint());
     }
+    if (beyond >= 0) beyond_grid = b.node[beyond][0];
+    beyond = -1;
   }
   if (history_step > 0.0) since_history = 0.0;
 }
@@ -1094,6 +1110,7 @@ void FixDefe::evaluate_finite(double *f, double history_step)
 
 void FixDefe::post_force(int /*vflag*/)
 {
+  if (reproducible) check_range(true);
   double **f = atom->f;
   f_internal.resize(6 * forced.size());
   for (size_t q = 0; q < forced.size(); q++)
@@ -1668,7 +1685,8 @@ int FixDefe::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int 
       buf[m++] = ubuf(c.lot).d;
       for (tagint t : c.node) buf[m++] = ubuf(t).d;
       for (const auto &xa : c.x)
-        for (int k = 0; k < 3; k++) buf[m++] = xa[k] - c.x[at.second][k];
+        // bit for bit, they are those of the element's first node: who uses them takes the nearest image
+        for (int k = 0; k < 3; k++) buf[m++] = reproducible ? xa[k] : xa[k] - c.x[at.second][k];
     }
     buf[0] = ubuf(m).d;
   }
@@ -1708,7 +1726,7 @@ void FixDefe::unpack_forward_comm(int n, int first, double *buf)
       c.lot = static_cast<tagint>(ubuf(buf[m++]).i);
       for (tagint &t : c.node) t = static_cast<tagint>(ubuf(buf[m++]).i);
       for (auto &xa : c.x)
-        for (int k = 0; k < 3; k++) xa[k] = atom->x[i][k] + buf[m++];
+        for (int k = 0; k < 3; k++) xa[k] = reproducible ? buf[m++] : atom->x[i][k] + buf[m++];
       const auto *corner = std::find(std::begin(c.node), std::end(c.node), atom->tag[i]);
       marked_at[i].emplace_back(static_cast<int>(converting.size()),
                                 static_cast<int>(corner - std::begin(c.node)));

@@ -20,6 +20,7 @@ FixStyle(defe,FixDefe);
 #include "defe/coupling/checksum.h"
 #include "defe/coupling/cohesive.h"
 #include "defe/coupling/corner_strain.h"
+#include "defe/exact_sum.h"
 #include "defe/fe/kernel.h"
 #include "defe/fe/material_law.h"
 
@@ -249,6 +250,19 @@ class FixDefe : public Fix {
     if (first_damage < 0.0) first_damage = now();
   }
 
+  // ---- the same bits on any number of ranks: fix_defe_reproducible.cpp ----
+
+  bool reproducible = false;
+  defe::SumGrid force_grid, torque_grid;    // on if reproducible
+  /** A contribution to f[i] or torque[i], rounded to its grid if there is one. */
+  double on_grid(const defe::SumGrid &grid, double value, int i)
+  {
+    if (!grid.on()) return value;
+    const double rounded = grid.round(value);
+    if (grid.beyond(rounded)) beyond_grid = i;
+    return rounded;
+  }
+
   void centre_stress(const HexRecord &, double *centre, double *stress6, double &s1) const;
   bool local_hex(const HexRecord &, int anchor, int *idx) const;
 
@@ -261,6 +275,13 @@ class FixDefe : public Fix {
   double contact_friction = 0.0;
   // overlaps that are there before the first step; of balls those that are deep are refused by default
   bool refuse_overlaps = false, ease_overlaps = false;
+  double largest_force = 0.0;    // that an element bears at a strain of 1
+  int beyond_grid = -1;          // an atom with a force or torque that is too large for exact sums
+  void make_grids();
+  void note_unreproducible();
+  void check_range(bool sums);
+  double element_mass(const Part &, double volume) const;
+  double mean_size(const std::vector<HexRecord *> &, int part) const;
   bool shield = true;
   bool gauss_stress = false;
   bool force_lagrangian = false;

@@ -334,6 +334,8 @@ defe::SurfaceArrays FixDefe::surface_arrays() const
   a.moving = !update->setupflag && update->whichflag != 2;
   a.minimizing = !update->setupflag && update->whichflag == 2;
   a.virial = vflag_global;
+  a.force_grid = force_grid;
+  a.torque_grid = torque_grid;
   a.ease = dt_finite > 0.0 ? MIN(1.0, update->dt / (EASE_STEPS * dt_finite)) : 0.0;
   return a;
 }
@@ -350,6 +352,7 @@ void FixDefe::contact_forces()
   const auto arrays = surface_arrays();
   const auto r = defe::surface_forces(surface, arrays, memory);
   contact_energy = r.energy + r.springs;
+  if (r.beyond >= 0) beyond_grid = r.beyond;
   ledger.friction += r.friction;
   ledger.external += r.eased;
   for (int k = 0; k < 6; k++) virial_fe[k] += r.virial[k];

@@ -323,7 +323,7 @@ void FixDefe::convert_marked()
     hex_coords(o.idx->data(), xe, Xe);
     for (int a = 0; a < 8; a++)
       for (int k = 0; k < 3; k++) ve(k, a) = v[(*o.idx)[a]][k];
-    const double mass = material_of(p).elastic().rho * h.volume;
+    const double mass = element_mass(p, h.volume);
     for (int a = 0; a < 8; a++) {
       loss_mass[(*o.idx)[a]] += 0.125 * mass;
       loss_count[(*o.idx)[a]]++;

@@ -195,6 +195,7 @@ struct GlobalState {
   tagint de_base, last_element, last_id, last_born;
   int lots_moved, start_done, hexes_per_node;
   double dt_finite, dt_discrete, dt_joints, max_diagonal, max_facet, first_conversion, first_damage;
+  double largest_force;
   bigint through, nodes_total, des_gone, kept_step, kept_natoms;
   bigint step, events_lines, events_bytes, events_elements;
   int fe_every, fe_clock;
@@ -283,6 +284,7 @@ void FixDefe::write_restart(FILE *fp)
   g.dt_joints = dt_joints;
   g.max_diagonal = max_diagonal;
   g.max_facet = max_facet;
+  g.largest_force = largest_force;
   if (comm->me == 0) {
     const std::string rest = pack_script();
     g.after = rest.size();
@@ -369,6 +371,7 @@ void FixDefe::restart(char *buf)
   dt_joints = g.dt_joints;
   max_diagonal = g.max_diagonal;
   max_facet = g.max_facet;
+  largest_force = g.largest_force;
   mesh_dirty = false;
   events_continued = true;    // go on with the file
 }

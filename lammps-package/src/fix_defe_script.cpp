@@ -41,6 +41,7 @@ std::map<std::string, std::string> FixDefe::settings() const
   s["stress"] = gauss_stress ? "gauss" : "centre";
   s["kernel"] = force_lagrangian ? "lagrangian" : "auto";
   s["every"] = std::to_string(fe_every);
+  s["reproducible"] = reproducible ? "yes" : "no";
   for (const auto &p : parts)
     if (p.convertible) s["convert " + p.name] = fmt::format("{}", p.stress);
   for (const auto &a : adhesives)

@@ -263,7 +263,7 @@ void FixDefe::mesh_shapes(Mesh &mesh)
 {
   const int n = static_cast<int>(mesh.hex.size());
   mesh.mass.resize(n);
-  double dt = 1.0e300, diagonal = 0.0, facet = 0.0, shortest = 1.0e300;
+  double dt = 1.0e300, diagonal = 0.0, facet = 0.0, shortest = 1.0e300, strongest = 0.0;
   bigint suspicious = 0;
   std::vector<double> radius(atom->ntypes + 1, 0.0);
   std::vector<double> size_sum(2 * parts.size(), 0.0);
@@ -329,7 +329,7 @@ void FixDefe::mesh_shapes(Mesh &mesh)
       if (check.verdict == defe::fe::HexCheck::suspicious) suspicious++;
       const Material &m = material_of(p);
       h.volume = defe::fe::volume(X);
-      mass = m.elastic().rho * h.volume;
+      mass = element_mass(p, h.volume);
       diagonal = MAX(diagonal, defe::fe::max_diagonal(X));
       facet = MAX(facet, defe::fe::max_face_diagonal(X));
       for (int a = 0; a < 8; a++)
@@ -338,18 +338,24 @@ void FixDefe::mesh_shapes(Mesh &mesh)
       size_sum[2 * h.part] += std::cbrt(h.volume);
       size_sum[2 * h.part + 1] += 1.0;
       if (!m.rigid()) {
+        // an area is half of its diagonal squared at the most
+        strongest = MAX(strongest,
+                        (m.elastic().lambda() + 2.0 * m.elastic().mu()) * 0.5 *
+                            std::pow(defe::fe::max_face_diagonal(X), 2));
         double step = -1.0, step_de = 1.0e300, step_joint = 1.0e300;
+        const HexCoords shape = reproducible ? defe::fe::rounded_shape(X) : X;
         for (const auto &s : steps)
-          if (s.part == h.part && defe::fe::congruent(s.X, X)) {
+          if (s.part == h.part && (reproducible ? s.X == shape : defe::fe::congruent(s.X, X))) {
             step = s.dt;
             step_de = s.dt_de;
             step_joint = s.dt_joint;
             break;
           }
         if (step < 0.0) {
-          step = m.law->critical_step(X);
-          if (p.convertible) step_de = discrete_step(X, m.elastic(), mass, step_joint);
-          if (steps.size() < 64) steps.push_back({X, h.part, step, step_de, step_joint});
+          const double its = reproducible ? m.elastic().rho * defe::fe::volume(shape) : mass;
+          step = m.law->critical_step(shape);
+          if (p.convertible) step_de = discrete_step(shape, m.elastic(), its, step_joint);
+          if (steps.size() < 64) steps.push_back({shape, h.part, step, step_de, step_joint});
         }
         dt = MIN(dt, step);
         dt_de = MIN(dt_de, step_de);
@@ -379,6 +385,7 @@ void FixDefe::mesh_shapes(Mesh &mesh)
   if (dt_joints >= 1.0e300) dt_joints = 0.0;
   MPI_Allreduce(&diagonal, &max_diagonal, 1, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(&facet, &max_facet, 1, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(&strongest, &largest_force, 1, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(&shortest, &max_step_length, 1, MPI_DOUBLE, MPI_MIN, world);
   max_step_length *= 0.25;
   MPI_Allreduce(radius.data(), de_radius_max.data(), static_cast<int>(radius.size()), MPI_DOUBLE,
@@ -389,9 +396,10 @@ void FixDefe::mesh_shapes(Mesh &mesh)
   for (size_t p = 0; p < parts.size(); p++) {
     const auto &m = material_of(parts[p]);
     if (m.rigid() || size_all[2 * p + 1] == 0.0) continue;
+    const double mean = reproducible ? mean_size(mesh.hex, static_cast<int>(p))
+                                     : size_all[2 * p] / size_all[2 * p + 1];
     parts[p].shield_time =
-        defe::shielding_time(size_all[2 * p] / size_all[2 * p + 1], m.elastic().lambda(),
-                             m.elastic().mu(), m.elastic().rho);
+        defe::shielding_time(mean, m.elastic().lambda(), m.elastic().mu(), m.elastic().rho);
   }
 }
 
@@ -420,6 +428,12 @@ void FixDefe::mesh_masses(const Mesh &mesh)
       const NodeDatum &node = *mesh.node(came[k].tag);
       MassReply reply{0.0, node.local, 0};
       for (; k < came.size() && came[k].tag == node.tag; k++) {
+        if (reproducible && !defe::adds_exactly(reply.mass, came[k].mass))
+          error->one(FLERR,
+                     "Fix defe reproducible: elements at node {} have masses that differ too much "
+                     "to be summed exactly (by more than 10^4): make their sizes more alike, or "
+                     "do without reproducible",
+                     node.tag);
         reply.mass += came[k].mass;
         reply.count++;
       }

@@ -352,7 +352,7 @@ void FixDefeWall::push_faces()
                                           STICK * atom->rmass[i] / dt, power);
           if (!update->setupflag) fe->ledger.friction += power * dt;
         }
-        for (int k = 0; k < 3; k++) f[i][k] += force[a][k];
+        for (int k = 0; k < 3; k++) f[i][k] += fe->on_grid(fe->force_grid, force[a][k], i);
         tally(-depth[a] * normal[a], force[a]);
       }
     }
@@ -388,12 +388,13 @@ void FixDefeWall::push_spheres()
         const Vec3 drag = defe::wall_friction(slip, o.normal, push, friction, c, power);
         if (loose) {
           const Vec3 moment = arm.cross(drag);
-          for (int k = 0; k < 3; k++) atom->torque[i][k] += moment[k];
+          for (int k = 0; k < 3; k++)
+            atom->torque[i][k] += fe->on_grid(fe->torque_grid, moment[k], i);
         }
         force += drag;
         if (!update->setupflag) fe->ledger.friction += power * dt;
       }
-      for (int k = 0; k < 3; k++) f[i][k] += force[k];
+      for (int k = 0; k < 3; k++) f[i][k] += fe->on_grid(fe->force_grid, force[k], i);
       tally(-arm, force);
     }
   }

@@ -316,7 +316,7 @@ void PairDefeJoint::connective_and_ties()
                                           reinterpret_cast<const double(*)[6]>(jt.half.data()),
                                           jt.material.data()};
     defe::corner_strain_orthogonal(lattice, &x[0][0], jt.tie_point.data(), table.data(), half,
-                                   jt.energy.data());
+                                   jt.energy.data(), fix->reproducible);
   }
   for (int d = jt.north; d < n; d++) {
     const double *xi = x[jt.self[d]];
@@ -340,6 +340,7 @@ void PairDefeJoint::connective_and_ties()
   reached.clear();
   auto &stored = fix->stored;
   const bool vflag = vflag_global || vflag_atom;
+  const auto &grid = fix->force_grid;
   for (int d = 0; d < n; d++) {
     const int i = jt.self[d];
     double fi[3] = {0.0, 0.0, 0.0};
@@ -364,8 +365,11 @@ void PairDefeJoint::connective_and_ties()
       } else {
         const auto &node = jt.tie_node[~nb];
         for (int k = 0; k < 3; k++) fi[k] += h[k];
-        for (int a = 0; a < 4; a++)
-          for (int k = 0; k < 3; k++) f[node[a]][k] -= defe::tie_weight[a] * h[k];
+        if (grid.on())
+          pull_exactly(node.data(), h);
+        else
+          for (int a = 0; a < 4; a++)
+            for (int k = 0; k < 3; k++) f[node[a]][k] -= defe::tie_weight[a] * h[k];
         if (h[0] * h[0] + h[1] * h[1] + h[2] * h[2] > screen[d][s]) reached.push_back(6 * d + s);
         ties++;
         if (vflag) {
@@ -375,7 +379,7 @@ void PairDefeJoint::connective_and_ties()
         }
       }
     }
-    for (int k = 0; k < 3; k++) f[i][k] += fi[k];
+    for (int k = 0; k < 3; k++) f[i][k] += fix->on_grid(grid, fi[k], i);
     const double e = jt.energy[d];
     if (ties) {
       stored.ties += e * ties / (joints + ties);
@@ -737,10 +741,11 @@ void PairDefeJoint::cohesive_tie(int d, int s)
 
   const Vec3 force = slot.area * (r.t_n * n + r.t_s);
   const Vec3 turn = tie.inertia_inverse * tie.y.cross(force);
-  for (int k = 0; k < 3; k++) f[i][k] += force[k];
+  const auto &grid = fix->force_grid;
+  for (int k = 0; k < 3; k++) f[i][k] += fix->on_grid(grid, force[k], i);
   for (int a = 0; a < 4; a++) {
     const Vec3 on_node = turn.cross(tie.arm[a]) - defe::tie_weight[a] * force;
-    for (int k = 0; k < 3; k++) f[node[a]][k] += on_node[k];
+    for (int k = 0; k < 3; k++) f[node[a]][k] += fix->on_grid(grid, on_node[k], node[a]);
     if (vflag_global || vflag_atom) {
       // relative to the DE: its own force has no share then
       const double *xa = atom->x[node[a]], *xi = atom->x[i];
@@ -812,8 +817,8 @@ void PairDefeJoint::cohesive_forces()
     jt.cohesive[kept++] = jt.cohesive[q];
     fix->stored.cohesive += slot.stored;
 
-    const Vec3 force = slot.area * (r.t_n * n + r.t_s);
-    const Vec3 moment = 0.5 * y.cross(force);
+    const Vec3 force = on_grid(slot.area * (r.t_n * n + r.t_s), i, false);
+    const Vec3 moment = on_grid(0.5 * y.cross(force), i, true);
     for (int k = 0; k < 3; k++) {
       f[i][k] += force[k];
       f[j][k] -= force[k];
@@ -942,6 +947,24 @@ void PairDefeJoint::forget_touch(int i, int j)
 }
 
 /* ----------------------------------------------------------------------
+   of exact sums, if they are asked for: the force of a tie on the nodes of its face, and a contribution
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::pull_exactly(const int *node, const double *force)
+{
+  for (int a = 0; a < 4; a++)
+    for (int k = 0; k < 3; k++)
+      atom->f[node[a]][k] -= fix->on_grid(fix->force_grid, defe::tie_weight[a] * force[k], node[a]);
+}
+
+Vec3 PairDefeJoint::on_grid(Vec3 value, int i, bool torque)
+{
+  const auto &grid = torque ? fix->torque_grid : fix->force_grid;
+  for (double &v : value) v = fix->on_grid(grid, v, i);
+  return value;
+}
+
+/* ----------------------------------------------------------------------
    loose contacts
 ------------------------------------------------------------------------- */
 
@@ -973,20 +996,24 @@ void PairDefeJoint::contact_forces()
       contact_with_ball(i, j);
       continue;
     }
+    // the two owners compute the same numbers if both begin with the same DE
+    const bool turned = fix->reproducible && atom->tag[i] > atom->tag[j];
+    const int a = turned ? j : i, b = turned ? i : j;
+    const double sign = turned ? -1.0 : 1.0;
     const bool whole = j < nlocal;    // else the other half belongs to the other owner
-    const double del[3] = {x[i][0] - x[j][0], x[i][1] - x[j][1], x[i][2] - x[j][2]};
+    const double del[3] = {x[a][0] - x[b][0], x[a][1] - x[b][1], x[a][2] - x[b][2]};
     const double rsq = del[0] * del[0] + del[1] * del[1] + del[2] * del[2];
-    const int di = jt.of_atom[i], dj = jt.of_atom[j];
-    const double ri = radius[i], rj = radius[j];
-    double reach = ri + rj;
+    const int da = jt.of_atom[a], db = jt.of_atom[b];
+    const double ra = radius[a], rb = radius[b];
+    double reach = ra + rb;
     bool apart = rsq >= reach * reach;
 
     // spheres of flat cells overlap from the start: contact begins at the reference distance
 
     if (!apart) {
-      const double *Xi = fix->x_frame(i), *Xj = fix->x_frame(j);
+      const double *Xa = fix->x_frame(a), *Xb = fix->x_frame(b);
       double ref = 0.0;
-      for (int k = 0; k < 3; k++) ref += (Xi[k] - Xj[k]) * (Xi[k] - Xj[k]);
+      for (int k = 0; k < 3; k++) ref += (Xa[k] - Xb[k]) * (Xa[k] - Xb[k]);
       reach = MIN(reach, std::sqrt(ref));
       if (c.apart > 0.0) reach = MIN(reach, c.apart);
       apart = rsq >= reach * reach;
@@ -999,7 +1026,7 @@ void PairDefeJoint::contact_forces()
 
     const Coeff &coeff = coeff_of(type[i], type[j]);
     double E = 0.0, nu = 0.2;
-    for (int d : {di, dj}) {
+    for (int d : {da, db}) {
       const int part = jt.material[d];
       if (E == 0.0 || young[part] < E) {
         E = young[part];
@@ -1011,31 +1038,35 @@ void PairDefeJoint::contact_forces()
     auto par = defe::ContactParameters{kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), coeff.restitution,
                                        coeff.friction, coeff.damping_ratio};
     double *shear = spring(i, j);
-    Vec3 history(shear[0], shear[1], shear[2]);
+    Vec3 history(sign * shear[0], sign * shear[1], sign * shear[2]);
     auto r = defe::sphere_contact(
-        Vec3(del[0], del[1], del[2]), Vec3(v[i][0] - v[j][0], v[i][1] - v[j][1], v[i][2] - v[j][2]),
-        Vec3(omega[i][0], omega[i][1], omega[i][2]), Vec3(omega[j][0], omega[j][1], omega[j][2]),
-        ri, rj, reach, rmass[i] * rmass[j] / (rmass[i] + rmass[j]), dt, history, par);
+        Vec3(del[0], del[1], del[2]), Vec3(v[a][0] - v[b][0], v[a][1] - v[b][1], v[a][2] - v[b][2]),
+        Vec3(omega[a][0], omega[a][1], omega[a][2]), Vec3(omega[b][0], omega[b][1], omega[b][2]),
+        ra, rb, reach, rmass[a] * rmass[b] / (rmass[a] + rmass[b]), dt, history, par);
     // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
     if (update->setupflag)
       r.stored += 0.5 * par.kt * (Vec3(shear).squaredNorm() - history.squaredNorm());
     else {
-      for (int k = 0; k < 3; k++) shear[k] = history[k];
+      for (int k = 0; k < 3; k++) shear[k] = sign * history[k];
       if (whole) {
         double *other = spring(j, i);
-        for (int k = 0; k < 3; k++) other[k] = -history[k];
+        for (int k = 0; k < 3; k++) other[k] = -sign * history[k];
       }
     }
 
+    const Vec3 force = on_grid(r.force, i, false);
+    const Vec3 torque_i = on_grid(turned ? r.torque_j : r.torque_i, i, true);
     for (int k = 0; k < 3; k++) {
-      f[i][k] += r.force[k];
-      torque[i][k] += r.torque_i[k];
+      f[i][k] += sign * force[k];
+      torque[i][k] += torque_i[k];
     }
-    if (whole)
+    if (whole) {
+      const Vec3 torque_j = on_grid(turned ? r.torque_i : r.torque_j, j, true);
       for (int k = 0; k < 3; k++) {
-        f[j][k] -= r.force[k];
-        torque[j][k] += r.torque_j[k];
+        f[j][k] -= sign * force[k];
+        torque[j][k] += torque_j[k];
       }
+    }
     const double share = whole ? 1.0 : 0.5;
     fix->stored.contact += share * r.stored;
     // a joint that broke while it was pressed: this much of what it held is still here
@@ -1119,11 +1150,13 @@ void PairDefeJoint::contact_with_ball(int i, int j)
     fix->ledger.damping += r.damped;
     fix->ledger.friction += r.rubbed;
   }
+  const Vec3 force = on_grid(r.force, i, false);
+  const Vec3 torque_i = on_grid(r.torque_i, i, true), torque_j = on_grid(r.torque_j, j, true);
   for (int k = 0; k < 3; k++) {
-    atom->f[i][k] += r.force[k];
-    atom->f[j][k] -= r.force[k];
-    atom->torque[i][k] += r.torque_i[k];
-    atom->torque[j][k] += r.torque_j[k];
+    atom->f[i][k] += force[k];
+    atom->f[j][k] -= force[k];
+    atom->torque[i][k] += torque_i[k];
+    atom->torque[j][k] += torque_j[k];
   }
   fix->stored.contact += r.stored;
   if (vflag_global || vflag_atom) tally(del.data(), r.force.data(), i);

@@ -123,6 +123,8 @@ class PairDefeJoint : public Pair {
   TiePoint tie_point(int d, int s) const;
   void cohesive_tie(int d, int s);
   void cohesive_forces();
+  defe::Vec3 on_grid(defe::Vec3 value, int i, bool torque);
+  void pull_exactly(const int *node, const double *force);
   void contact_forces();
   void update_candidates();
   void add_candidate(int i, int j);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 
 using namespace defe;
@@ -347,6 +348,72 @@ TEST(CornerStrain, OrthogonalKernelChunks)
     }
     EXPECT_NEAR(total, sum, 1e-13 * (1.0 + n));
   }
+}
+
+// each_alone: a DE's forces have the same bits in any list, whatever is beside it.
+TEST(CornerStrain, BitsDoNotDependOnTheList)
+{
+  std::mt19937 random(9);
+  const CornerModuli moduli{74.1e9 * 0.2 / 0.72, 74.1e9 / 2.4};
+  constexpr int n = 61;
+  std::vector<double> x;
+  std::vector<int> self;
+  std::vector<std::array<int, 6>> nb;
+  std::vector<unsigned char> present;
+  std::vector<std::array<double, 6>> len, half;
+  for (int i = 0; i < n; ++i) {
+    present.push_back(random() % 3 ? 0x3f : random() % 64);
+    self.push_back(7 * i);
+    nb.emplace_back();
+    len.emplace_back();
+    half.emplace_back();
+    for (int c = 0; c < 3; ++c) x.push_back(uniform(random, 0.0, 0.1));
+    for (int s = 0; s < 6; ++s) {
+      nb[i][s] = 7 * i + 1 + s;
+      len[i][s] = 1e-3;
+      half[i][s] = 5e-4;
+      for (int c = 0; c < 3; ++c)
+        x.push_back(x[21 * i + c] + (c == s / 2 ? (s % 2 ? 1e-3 : -1e-3) : 0.0) +
+                    uniform(random, -1e-6, 1e-6));
+    }
+  }
+  const auto forces = [&](const std::vector<int> &list, bool each_alone) {
+    const int m = static_cast<int>(list.size());
+    std::vector<int> s;
+    std::vector<std::array<int, 6>> neighbours;
+    std::vector<unsigned char> there;
+    for (int i : list) {
+      s.push_back(self[i]);
+      neighbours.push_back(nb[i]);
+      there.push_back(present[i]);
+    }
+    const OrthogonalLattice lattice{m,
+                                    s.data(),
+                                    reinterpret_cast<const int(*)[6]>(neighbours.data()),
+                                    there.data(),
+                                    reinterpret_cast<const double(*)[6]>(len.data()),
+                                    reinterpret_cast<const double(*)[6]>(half.data()),
+                                    nullptr};
+    std::vector<std::array<double, 18>> f(m);
+    std::vector<double> energy(m);
+    corner_strain_orthogonal(lattice, x.data(), nullptr, &moduli,
+                             reinterpret_cast<double(*)[6][3]>(f.data()), energy.data(),
+                             each_alone);
+    std::vector<std::pair<std::array<double, 18>, double>> of(n);
+    for (int k = 0; k < m; ++k) of[list[k]] = {f[k], energy[k]};
+    return of;
+  };
+  std::vector<int> list(n);
+  for (int i = 0; i < n; ++i) list[i] = i;
+  const auto reference = forces(list, true), loose = forces(list, false);
+  bool loose_differs = false;
+  for (int k = 0; k < 20; ++k) {
+    std::shuffle(list.begin(), list.end(), random);
+    EXPECT_TRUE(forces(list, true) == reference);
+    loose_differs = loose_differs || forces(list, false) != loose;
+  }
+  for (int i = 0; i < n; ++i) EXPECT_TRUE(forces({i}, true)[i] == reference[i]) << i;
+  EXPECT_TRUE(loose_differs) << "a poor example";
 }
 
 // Half forces over half areas are the traction: what decides whether a joint breaks.

@@ -70,10 +70,13 @@ struct OrthogonalLattice {
 ///                    absent); the other end takes the opposite. The whole joint force on i is
 ///                    half_force[i][s] - half_force[j][t], t the other end's slot.
 /// \param energy      [n] strain energy of the DE's own corners; may be null
+/// \param each_alone  a DE's forces have the same bits whatever DEs are beside it in the list; else those
+///                    with all joints take a shorter formula only where all of some have all
 /// \return sum of the energies if energy is given, else 0
 double corner_strain_orthogonal(const OrthogonalLattice &lattice, const double *x,
                                 const double *points, const CornerModuli *table,
-                                double (*half_force)[6][3], double *energy);
+                                double (*half_force)[6][3], double *energy,
+                                bool each_alone = false);
 
 /// Reference geometry of a DE's cell in any hexahedron.
 struct GeneralCell {

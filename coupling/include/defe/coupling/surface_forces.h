@@ -10,6 +10,7 @@
 /// until it has gone by itself, or is eased out.
 
 #include "defe/coupling/facet.h"
+#include "defe/exact_sum.h"
 
 #include <cstdint>
 #include <vector>
@@ -94,6 +95,7 @@ struct SurfaceArrays {
   bool minimizing = false;    ///< an iteration: points get deeper without a speed
   double ease;                ///< share of all offsets that goes in this step, 0 = they stay
   bool virial = true;         ///< false: not asked for
+  SumGrid force_grid, torque_grid;    ///< if on: of what is added to f and torque
 };
 
 /// A point that has got deeper than it can be followed.
@@ -116,6 +118,7 @@ struct SurfaceResult {
       0.0;    ///< deepest ball in a facet without a step before it, and all their energy
   double ball_energy = 0.0;
   int ball_atom = -1;
+  int beyond = -1;    ///< an atom with a force or torque beyond the grids
   std::vector<LetThrough> let_through;
   std::vector<LetThrough> inherited;    ///< contacts that began with an overlap, and their energy
 };

@@ -1,6 +1,7 @@
 #ifndef DEFE_FE_KERNEL_H
 #define DEFE_FE_KERNEL_H
 
+#include "defe/exact_sum.h"
 #include "defe/fe/elastic.h"
 #include "defe/fe/topology.h"
 
@@ -59,6 +60,12 @@ class HexKernel {
     double dt = 0.0;
     /// [1] the energy that the elements dissipated in the time dt is ADDED
     double *dissipation = nullptr;
+
+    /// What is added to each node is a multiple of its quantum: sums over elements are then exact
+    /// (exact_sum.h), in any order.
+    const SumGrid *grid = nullptr;
+    /// set to the index of an element of which a force is beyond the grid, if it was negative
+    int *beyond = nullptr;
   };
 
   /// Doubles of history per element, 0 for elastic laws. A history of zeros is that of an element
@@ -172,6 +179,12 @@ bool is_box(const HexCoords &X, double tol = 1e-11);
 
 /// True if both are equal up to translation: node positions within tol times the diagonal of A.
 bool congruent(const HexCoords &A, const HexCoords &B, double tol = 1e-11);
+
+/// The shape with its lengths rounded, node 0 at the origin: by 4e-13 of its size at the most, or by
+/// some last digits of its coordinates if these are more. Elements that differ by rounding get the same bits,
+/// but for few, and each gets the same wherever it is asked: a kernel made of it does not depend on which of
+/// its elements came first.
+HexCoords rounded_shape(const HexCoords &X);
 
 /// BrickKernel if X is a box, CongruentKernel otherwise. Throws as their constructors do.
 std::unique_ptr<HexKernel> make_congruent_kernel(const HexCoords &X,

@@ -1,0 +1,125 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+
+   reproducible yes: the same bits on any number of ranks. Forces and torques are sums of multiples of
+   one quantum, which are exact (defe/exact_sum.h); every contribution is computed by one formula from
+   the same numbers, wherever that is done; what depends on a whole mesh is rounded before it is summed.
+------------------------------------------------------------------------- */
+
+#include "fix_defe.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "force.h"
+#include "modify.h"
+#include "update.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+/* ----------------------------------------------------------------------
+   quanta from the largest force that an element bears before it is turned inside out
+   From what a restart file keeps, so that a restart gets the same ones.
+------------------------------------------------------------------------- */
+
+void FixDefe::make_grids()
+{
+  if (largest_force > 0.0) {
+    const double force = MAX(1.0, contact_factor) * largest_force;    // contacts may be stiffer
+    force_grid = defe::sum_grid(force);
+    torque_grid = defe::sum_grid(force * MAX(max_diagonal, 2.0 * largest_ball));
+  }
+  beyond_grid = -1;
+  note_unreproducible();
+}
+
+/* ----------------------------------------------------------------------
+   what LAMMPS does in an order, or with a rounding, that depends on the ranks
+------------------------------------------------------------------------- */
+
+void FixDefe::note_unreproducible()
+{
+  if (comm->me) return;
+  std::string others;
+  for (const auto *ifix : modify->get_fix_list()) {
+    static const char *const sums[] = {"^rigid",    "^poems",   "^nvt",          "^npt",
+                                       "^nph",      "^temp/",   "^press/",       "^momentum",
+                                       "^recenter", "^spring$", "^spring/couple"};
+    if (std::any_of(std::begin(sums), std::end(sums), [ifix](const char *style) {
+          return utils::strmatch(ifix->style, style);
+        }))
+      others += fmt::format("{}fix {} {}", others.empty() ? "" : ", ", ifix->id, ifix->style);
+  }
+  // it takes all positions to reduced coordinates and back
+  if (comm->nprocs > 1 && comm->style == Comm::BRICK &&
+      !modify->get_fix_by_style("^balance").empty())
+    others += fmt::format("{}fix balance with shift", others.empty() ? "" : ", ");
+  if (force->pair_style && utils::strmatch(force->pair_style, "^hybrid"))
+    others += fmt::format("{}the other styles of pair_style {}", others.empty() ? "" : ", ",
+                          force->pair_style);
+  if (others.empty()) return;
+  error->warning(
+      FLERR,
+      "Fix defe reproducible: LAMMPS' own sums and roundings depend on the ranks in {}: what "
+      "these act on, and what it touches, is the same to rounding only",
+      others);
+}
+
+/* ----------------------------------------------------------------------
+   a force that is too large to be summed exactly ends the run; sums: those of all, after the ghosts'
+   have arrived
+------------------------------------------------------------------------- */
+
+void FixDefe::check_range(bool sums)
+{
+  const int n = sums && force_grid.on() ? 3 * atom->nlocal : 0;
+  if (n > 0) {
+    const double *f = atom->f[0], *torque = atom->torque[0];
+    const double most[2] = {8.0 * force_grid.limit, 8.0 * torque_grid.limit};
+    int count = 0;
+    for (int i = 0; i < n; i++) count += std::abs(f[i]) > most[0];
+    for (int i = 0; i < n; i++) count += std::abs(torque[i]) > most[1];
+    for (int i = 0; i < n && count; i++)
+      if (std::abs(f[i]) > most[0] || std::abs(torque[i]) > most[1]) beyond_grid = i / 3;
+  }
+  if (beyond_grid < 0) return;
+  const double *x = atom->x[beyond_grid];
+  error->one(
+      FLERR,
+      "A force on atom {} at step {} near {:.6g} {:.6g} {:.6g} is too large for the exact sums "
+      "of fix defe reproducible (limit {:.4g}): the run comes apart, use a smaller timestep, "
+      "or do without reproducible",
+      atom->tag[beyond_grid], update->ntimestep, x[0], x[1], x[2], force_grid.limit);
+}
+
+/* ----------------------------------------------------------------------
+   mass of an element: a node's shares can be added and taken away in any order
+------------------------------------------------------------------------- */
+
+double FixDefe::element_mass(const Part &p, double volume) const
+{
+  const double mass = material_of(p).elastic().rho * volume;
+  return reproducible ? defe::short_mass(mass) : mass;
+}
+
+/* ----------------------------------------------------------------------
+   mean size of the elements of a part, to 1e-8; collective
+------------------------------------------------------------------------- */
+
+double FixDefe::mean_size(const std::vector<HexRecord *> &mine, int part) const
+{
+  const double quantum = std::ldexp(1.0, std::ilogb(max_diagonal) - 26);
+  bigint sum[2] = {0, 0}, all[2];
+  for (const auto *h : mine) {
+    if (h->part != part) continue;
+    sum[0] += std::llround(std::cbrt(h->volume) / quantum);
+    sum[1]++;
+  }
+  MPI_Allreduce(sum, all, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  return quantum * static_cast<double>(all[0]) / static_cast<double>(all[1]);
+}
