@@ -105,6 +105,7 @@ void CrackGrowth::reset(const CrackLattice &lattice)
   loud_list.clear();
   active.clear();
   fronts.clear();
+  waiting.clear();
 }
 
 void CrackGrowth::add_crack(const CrackLattice &lattice, int joint, const CrackMemory &memory)
@@ -115,18 +116,13 @@ void CrackGrowth::add_crack(const CrackLattice &lattice, int joint, const CrackM
   for (int t = 0; t < 6; ++t)
     if (t / 2 != lower % 6 / 2 && crack_ring(lattice, lower / 6, lower % 6, t, ring))
       regular = regular && ring.size <= 4;
-  if (cracks.insert_or_assign(lower, Crack{memory, regular}).second) crack_list.push_back(lower);
+  if (cracks.insert_or_assign(lower, memory).second) crack_list.push_back({lower, regular});
   sorted = false;
-}
-
-Vec3 CrackGrowth::normal(int joint) const
-{
-  return Vec3(cracks.at(joint).memory.m);
 }
 
 Vec3 CrackGrowth::crack_point(const CrackLattice &lattice, int joint) const
 {
-  return Vec3(lattice.X[joint / 6]) + cracks.at(joint).memory.f * lattice.vector(joint);
+  return Vec3(lattice.X[joint / 6]) + cracks.at(joint).f * lattice.vector(joint);
 }
 
 // --- which DEs are looked at ------------------------------------------------
@@ -141,11 +137,14 @@ void CrackGrowth::activate(int de)
 const std::vector<int> &CrackGrowth::mark(const CrackLattice &lattice, const double *energy,
                                           const double *quiet)
 {
+  if (static_cast<int>(place.size()) != lattice.n)
+    throw std::logic_error("CrackGrowth: reset() before mark()");
   for (int d : active) place[d] = -1;
   for (int d : loud_list) loud[d] = 0;
   active.clear();
   loud_list.clear();
   fronts.clear();
+  waiting.clear();
   for (int d = 0; d < lattice.n; ++d)
     if (energy[d] >= quiet[d]) {
       loud[d] = 1;
@@ -188,13 +187,14 @@ bool CrackGrowth::near_loud(const CrackLattice &lattice, int joint, bool regular
 void CrackGrowth::find_fronts(const CrackLattice &lattice)
 {
   if (!sorted)
-    std::sort(crack_list.begin(), crack_list.end(), [&](int a, int b) {
-      return ids(lattice, a) < ids(lattice, b);
+    std::sort(crack_list.begin(), crack_list.end(), [&](const Listed &a, const Listed &b) {
+      return ids(lattice, a.joint) < ids(lattice, b.joint);
     });
   sorted = true;
   CrackRing ring;
-  for (int joint : crack_list) {
-    if (!near_loud(lattice, joint, cracks.at(joint).regular)) continue;
+  for (const auto &[joint, regular] : crack_list) {
+    if (!near_loud(lattice, joint, regular)) continue;
+    if (lattice.ties) find_waiting(lattice, joint);
     for (int t = 0; t < 6; ++t) {
       if (t / 2 == joint % 6 / 2 || !crack_ring(lattice, joint / 6, joint % 6, t, ring)) continue;
       if (ring.cut(lattice) % 2 == 0) continue;
@@ -207,6 +207,15 @@ void CrackGrowth::find_fronts(const CrackLattice &lattice)
       if (first && any_loud) fronts.push_back(ring);
     }
   }
+}
+
+/// The crack between the two DEs of a cut joint goes on between their ties along another axis.
+void CrackGrowth::find_waiting(const CrackLattice &lattice, int joint)
+{
+  for (int end : {joint, lattice.other_end(joint)})
+    for (int s = 0; s < 6; ++s)
+      if (s / 2 != end % 6 / 2 && lattice.ties[end / 6] >> s & 1u && loud[end / 6])
+        waiting.push_back({joint, 6 * (end / 6) + s});
 }
 
 // --- decisions --------------------------------------------------------------
@@ -344,6 +353,7 @@ void CrackGrowth::ligament(const CrackLattice &lattice, const CrackRing &ring,
   }
   if (!most || most->joint / 6 >= lattice.owned) return;
   for (const auto &[key, joint] : cut) {
+    if (cracks.count(joint) == 0) continue;    // broken by something else
     const Vec3 m = normal(joint);
     sum += m.dot(most->direction) < 0.0 ? Vec3(-m) : m;
   }
@@ -405,11 +415,28 @@ void CrackGrowth::nuclei(const CrackLattice &lattice, const CrackGrowthParameter
   }
 }
 
+void CrackGrowth::enter(const CrackLattice &lattice, const CrackStrength &strength)
+{
+  for (const auto &[crack, tie] : waiting) {
+    const int d = tie / 6;
+    const CrackStress &s = stresses[place[d]];
+    const double limit = strength(d, d);
+    if (d >= lattice.owned || !(s.slot_volume[tie % 6] > 0.0) || !std::isfinite(limit)) continue;
+    const Vec3 m = normal(crack);
+    if (m.dot(crack_tensor(s.slot[tie % 6]) * m) >= limit * s.slot_volume[tie % 6])
+      entries.push_back(tie);
+  }
+  std::sort(entries.begin(), entries.end());
+  entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
+}
+
 void CrackGrowth::decide(const CrackLattice &lattice, const CrackStrength &strength,
                          const CrackGrowthParameters &par, std::vector<CrackStart> &starts)
 {
   starts.clear();
+  entries.clear();
   if (active.empty()) return;
+  enter(lattice, strength);
   find_hot(lattice, strength);
   if (hot.empty()) return;
   votes.clear();

@@ -61,6 +61,18 @@ namespace {
     return Eigen::Quaterniond(Eigen::AngleAxisd(angle, spin / angle)) * last_turn(joint);
   }
 
+  void set_broken(CrackJoint &joint, const CrackGeometry &geometry, const CornerModuli &moduli,
+                  const CohesiveParameters &par)
+  {
+    const JointStiffness k =
+        joint_stiffness(moduli.lambda, moduli.mu, projected(geometry, Vec3(joint.m)).length);
+    joint.k_m = k.k_n;
+    joint.k_p = k.k_s;
+    joint.s0 = par.sigma_t;
+    joint.kappa = par.sigma_t / k.k_n + 2.0 * par.G_f / par.sigma_t;
+    joint.broken = 1;
+  }
+
 }    // namespace
 
 // --- rotation ---------------------------------------------------------------
@@ -123,77 +135,77 @@ double crack_release(const GeneralCell &cell, const Vec3 y[6], unsigned present,
 }
 
 bool crack_start(CrackJoint &joint, const Vec3 &m, double f, const CrackGeometry &geometry,
-                 const Vec3 &force, double budget, const CrackEnd &near, const CrackEnd &far,
-                 const Vec3 &y, const CornerModuli &moduli, const CohesiveParameters &par)
+                 const Vec3 &force, const CrackEnd &near, const CrackEnd &far, const Vec3 &y)
 {
-  constexpr double stiffest = 2.0;
-
-  joint = crack_broken(m, f, geometry, moduli, par);
+  joint = CrackJoint{};
+  joint.f = f;
   joint.used[0] = static_cast<unsigned char>(near.present);
   joint.used[1] = static_cast<unsigned char>(far.present);
+  joint.turn[3] = 1.0;
   const Frame frame = joint_frame(near, far, near.present, far.present);
   if (frame.defined) keep_turn(joint, Eigen::Quaterniond(frame.R));
   const Mat3 R = last_turn(joint).toRotationMatrix();
-  const Projected p = projected(geometry, m);
-  Vec3 t = R.transpose() * force / p.area;
-  double t_m = t.dot(m);
-  Vec3 t_p = t - t_m * m;
-  if (!(t_m > 1e-9 * t.norm())) return false;
+  const Vec3 t = R.transpose() * force / projected(geometry, m).area, place = R.transpose() * y;
+  for (int k = 0; k < 3; ++k) {
+    joint.m[k] = m[k];
+    joint.e[k] = t[k];
+    joint.offset[k] = -place[k];
+  }
+  return t.dot(m) > 1e-9 * t.norm();
+}
 
+void crack_take_over(CrackJoint &joint, const CrackGeometry &geometry, double budget,
+                     const CornerModuli &moduli, const CohesiveParameters &par)
+{
+  constexpr double stiffest = 2.0;
+
+  const Vec3 m(joint.m), t(joint.e);
+  const Projected p = projected(geometry, m);
   const JointStiffness base = joint_stiffness(moduli.lambda, moduli.mu, p.length);
-  double k_m = base.k_n, k_p = base.k_s;
+  double t_m = t.dot(m), k_m = base.k_n, k_p = base.k_s;
+  Vec3 t_p = t - t_m * m;
   const double along = p.area * t_m * t_m / (2.0 * k_m);
   const double left = budget - along, pull2 = t_p.squaredNorm();
-  if (left <= 1e-12 * budget)
-    k_p = k_m;
-  else
-    k_p = std::clamp(p.area * pull2 / (2.0 * left), base.k_s, k_m);
   // with next to nothing along the plane it is the joint of cohesive.h
-  if (pull2 <= 1e-12 * t_m * t_m) k_p = base.k_s;
+  if (pull2 > 1e-12 * t_m * t_m)
+    k_p = left > 1e-12 * budget ? std::clamp(p.area * pull2 / (2.0 * left), base.k_s, k_m) : k_m;
 
-  const double over = budget > 0.0 ? (along + p.area * pull2 / (2.0 * k_p)) / budget : HUGE_VAL;
-  if (over > 1.0) {
-    const double stiffer = std::min(over, stiffest);
+  const double needed = along + p.area * pull2 / (2.0 * k_p);
+  if (!(budget > 1e-6 * needed)) {    // the corners held next to nothing: nothing to soften
+    set_broken(joint, geometry, moduli, par);
+    for (double &e : joint.e) e = 0.0;
+    return;
+  }
+  if (needed > budget) {
+    const double over = needed / budget, stiffer = std::min(over, stiffest);
     k_m *= stiffer;
     k_p *= stiffer;
-    const double weaker = over > stiffer ? std::sqrt(stiffer / over) : 1.0;
-    if (!(weaker > 1e-6)) return false;    // nothing to take over
-    t_m *= weaker;
-    t_p *= weaker;
+    t_m *= std::sqrt(stiffer / over);
+    t_p *= std::sqrt(stiffer / over);
   }
-
-  joint.broken = 0;
   joint.k_m = k_m;
   joint.k_p = k_p;
   joint.s0 = equivalent_traction(t_m, t_p.norm(), par);
   joint.kappa = joint.s0 / k_m;
   const Vec3 e = (t_m / k_m) * m + t_p / k_p;
-  const Vec3 offset = e - R.transpose() * y;
   for (int k = 0; k < 3; ++k) {
     joint.e[k] = e[k];
-    joint.offset[k] = offset[k];
+    joint.offset[k] += e[k];
   }
-  joint.stored = 0.5 * p.area * (t_m * t_m / k_m + t_p.squaredNorm() / k_p);
-  return true;
+  joint.stored = joint.taken = 0.5 * p.area * (t_m * t_m / k_m + t_p.squaredNorm() / k_p);
 }
 
 CrackJoint crack_broken(const Vec3 &m, double f, const CrackGeometry &geometry,
                         const CornerModuli &moduli, const CohesiveParameters &par)
 {
   CrackJoint joint{};
-  const JointStiffness base =
-      joint_stiffness(moduli.lambda, moduli.mu, projected(geometry, m).length);
   for (int k = 0; k < 3; ++k) {
     joint.m[k] = m[k];
     joint.offset[k] = -geometry.d[k];
   }
   joint.f = f;
-  joint.k_m = base.k_n;
-  joint.k_p = base.k_s;
-  joint.s0 = par.sigma_t;
-  joint.kappa = par.sigma_t / base.k_n + 2.0 * par.G_f / par.sigma_t;
   joint.turn[3] = 1.0;
-  joint.broken = 1;
+  set_broken(joint, geometry, moduli, par);
   return joint;
 }
 
@@ -273,10 +285,11 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
     CohesiveState state{e_m, before - e_m * m, joint.s0, joint.kappa};
     const Vec3 de_p = (e - before) - de_m * m;
     const CohesiveResult r = cohesive_update(state, de_m, de_p, {joint.k_m, k_c, joint.k_p}, par);
-    joint.kappa = state.kappa;
     const double delta_c = 2.0 * par.G_f / joint.s0;
+    const double more_damage = (state.kappa - joint.kappa) / delta_c;
+    joint.kappa = state.kappa;
     out.dissipated = p.area * r.dissipated;
-    out.fracture = out.dissipated * delta_c / (delta_c + joint.s0 / joint.k_m);
+    out.fracture = out.dissipated - more_damage * joint.taken;
     out.excess = p.area * r.excess;
     out.damage = r.damage;
     out.newly_broken = r.broken;
@@ -287,6 +300,7 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
   }
   out.apart = joint.broken && e.norm() > 0.2 * geometry.d.norm();
   if (out.apart) {
+    out.excess += joint.stored;    // of a closed plane that slid away: nobody takes it over
     joint.stored = 0.0;
     return out;
   }

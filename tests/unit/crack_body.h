@@ -160,39 +160,60 @@ class CrackBody {
     return static_cast<int>(starts.size());
   }
 
+  /// The law of joints that know only their own traction.
+  int grow_today()
+  {
+    starts.clear();
+    const CrackLattice l = lattice();
+    for (int i = 0; i < n; ++i)
+      for (int s = 0; s < 6; ++s) {
+        const int joint = 6 * i + s;
+        if (partner[i][s] < 0 || l.cut(joint) || l.lower_end(joint) != joint) continue;
+        const Vec3 t = joint_force(joint) / area[i][s].norm(), m = l.vector(joint).normalized();
+        const double t_m = t.dot(m), limit = strength()(i, partner[i][s] / 6);
+        if (t_m > 0.0 && equivalent_traction(t_m, (t - t_m * m).norm(), law) >= limit)
+          starts.push_back({joint, {{m[0], m[1], m[2]}, 0.5}, CrackStart::FRONT});
+      }
+    open(starts);
+    return static_cast<int>(starts.size());
+  }
+
   Vec3 joint_force(int joint) const
   {
     const int other = lattice().other_end(joint);
     return half[joint / 6][joint % 6] - half[other / 6][other % 6];
   }
 
+  /// As a run does it: starts of all joints; then what each DE lets go; then the joints take that over.
   void open(const std::vector<CrackStart> &list)
   {
+    std::map<int, Cut> fresh;
     std::map<int, unsigned> leaving;
-    for (const CrackStart &s : list)
-      for (int e : {s.joint, lattice().other_end(s.joint)}) leaving[e / 6] |= 1u << e % 6;
+    for (const CrackStart &s : list) {
+      const int other = lattice().other_end(s.joint);
+      End a, b;
+      Cut c{{}, geometry(s.joint), s.origin, false};
+      if (!crack_start(c.joint, Vec3(s.memory.m), s.memory.f, c.geometry, joint_force(s.joint),
+                       end(s.joint / 6, a), end(other / 6, b), arm(s.joint)))
+        continue;
+      fresh.emplace(s.joint, c);
+      for (int e : {s.joint, other}) leaving[e / 6] |= 1u << e % 6;
+    }
     std::map<int, std::array<double, 6>> share;
     for (const auto &[i, out] : leaving) {
       End e;
       end(i, e);
       released += crack_release(block.de[i].cell, e.y, present[i], out, moduli, share[i].data());
+      present[i] = static_cast<unsigned char>(present[i] & ~out);
     }
-    for (const auto &[i, out] : leaving) present[i] = static_cast<unsigned char>(present[i] & ~out);
-    for (const CrackStart &s : list) {
-      const int other = lattice().other_end(s.joint);
-      End a, b;
-      const CrackEnd near = end(s.joint / 6, a), far = end(other / 6, b);
-      Cut c{{}, geometry(s.joint), s.origin, false};
-      const double budget = share[s.joint / 6][s.joint % 6] + share[other / 6][other % 6];
-      if (!crack_start(c.joint, Vec3(s.memory.m), s.memory.f, c.geometry, joint_force(s.joint),
-                       budget, near, far, arm(s.joint), moduli, law)) {
-        for (int e : {s.joint, other}) present[e / 6] |= 1u << e % 6;
-        continue;
-      }
+    for (auto &[joint, c] : fresh) {
+      const int other = lattice().other_end(joint);
+      crack_take_over(c.joint, c.geometry,
+                      share[joint / 6][joint % 6] + share[other / 6][other % 6], moduli, law);
       taken_over += c.joint.stored;
-      state[s.joint] = state[other] = CrackLattice::SOFTENING;
-      cut.emplace(s.joint, c);
-      growth.add_crack(lattice(), s.joint, s.memory);
+      state[joint] = state[other] = c.joint.broken ? CrackLattice::BROKEN : CrackLattice::SOFTENING;
+      cut.emplace(joint, c);
+      growth.add_crack(lattice(), joint, {{c.joint.m[0], c.joint.m[1], c.joint.m[2]}, c.joint.f});
     }
   }
   double released = 0.0, taken_over = 0.0;
@@ -228,7 +249,8 @@ class CrackBody {
   }
 
   /// Velocity Verlet; DEs that are driven keep their velocity, and their work is counted.
-  void step(double dt, bool cracks = true)
+  enum Law { NO_CRACKS, NEW, TODAY };
+  void step(double dt, Law cracks = NEW)
   {
     double power = 0.0;
     const auto half_kick = [&] {
@@ -243,7 +265,8 @@ class CrackBody {
     forces();
     half_kick();
     work += 0.5 * dt * power;
-    if (cracks) grow();
+    if (cracks == NEW) grow();
+    if (cracks == TODAY) grow_today();
   }
 
   double stable_step(double share = 0.4) const

@@ -24,6 +24,10 @@
 /// joints of its DEs and their neighbours. Beside a crack (in a ring with a cut joint, or within
 /// 1.5 d of the plane of a cut joint whose p is within d) it takes `overstrength` times as much: that is how cracks branch.
 ///
+/// **Entry.** Where a ring is open because finite elements are in its way, the front waits before their faces. It
+/// asks for them once m . S m, S of the corners at the tie, reaches sigma_t: they are to convert, whatever
+/// their own stress. Then the ring closes and the front goes on.
+///
 /// All decisions come from the state at their beginning, sums are ordered by ID and a joint is decided upon by the
 /// rank of its DE of the lower ID, so neither numbering nor ranks matter.
 ///
@@ -89,9 +93,12 @@ class CrackGrowth {
   /// Room for the stress of a marked DE: to be filled for all of them before decide().
   CrackStress &stress(int de) { return stresses[place[de]]; }
 
-  /// Joints of own DEs (lower IDs) that open, ordered by their IDs.
+  /// \param starts  joints of own DEs (lower IDs) that open, ordered by their IDs
   void decide(const CrackLattice &lattice, const CrackStrength &strength,
               const CrackGrowthParameters &parameters, std::vector<CrackStart> &starts);
+
+  /// Ties of own DEs behind which the last decide() found a crack that wants to go on: 6 * DE + slot, ascending.
+  const std::vector<int> &entered() const { return entries; }
 
  private:
   struct Hot {    // an intact joint that may have reached its strength
@@ -106,30 +113,37 @@ class CrackGrowth {
     Vec3 m;
     double below, above;
   };
-  struct Crack {
-    CrackMemory memory;
+  struct Listed {
+    int joint;       // lower end
     bool regular;    // all its rings have four DEs at most
   };
+  struct Waiting {    // a front before a tie
+    int crack, tie;
+  };
 
-  std::unordered_map<int, Crack> cracks;    // by lower end
-  std::vector<int> crack_list;              // their keys, in the order of IDs
+  std::unordered_map<int, CrackMemory> cracks;    // by lower end
+  std::vector<Listed> crack_list;                 // in the order of IDs
   bool sorted = true;
   std::vector<int> place;    // [n] index into stresses, or < 0
   std::vector<unsigned char> loud;
   std::vector<int> loud_list, active;
   std::vector<CrackStress> stresses;
   std::vector<CrackRing> fronts;
+  std::vector<Waiting> waiting;
+  std::vector<int> entries;
   std::vector<Hot> hot;
   std::vector<int> hot_of;    // [6 * active] by lower end
   std::vector<Vote> votes;
 
   bool near_loud(const CrackLattice &, int joint, bool regular) const;
   void find_fronts(const CrackLattice &);
+  void find_waiting(const CrackLattice &, int joint);
+  void enter(const CrackLattice &, const CrackStrength &);
   void activate(int de);
   void find_hot(const CrackLattice &, const CrackStrength &);
   const Hot *hot_joint(const CrackLattice &, int joint) const;
   Vec3 crack_point(const CrackLattice &, int joint) const;
-  Vec3 normal(int joint) const;
+  Vec3 normal(int joint) const { return Vec3(cracks.at(joint).m); }
   Vec3 front_normal(const CrackLattice &, const CrackRing &, const Vec3 &old, double memory) const;
   void vote(const CrackLattice &, const CrackRing &, double memory);
   void ligament(const CrackLattice &, const CrackRing &, std::vector<CrackStart> &) const;

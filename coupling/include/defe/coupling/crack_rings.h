@@ -32,6 +32,8 @@ struct CrackLattice {
   const unsigned char
       *corner;    ///< [n] corner of its element that the DE is: which slots are outer
   const unsigned char *state;    ///< [6 n] of joints, the same at both ends
+  /// [n] bit s set: slot s ends on the face of a finite element of the same part; null: none
+  const unsigned char *ties = nullptr;
 
   Vec3 vector(int joint) const    ///< from the DE of this end to the other one, reference
   {

@@ -57,6 +57,7 @@ struct CrackJoint {
   double e[3];              ///< stretch at the last evaluation
   double turn[4];           ///< R at the last evaluation: quaternion x y z w
   double stored;            ///< J, at the last evaluation
+  double taken;             ///< J, at the switch
   unsigned char used[2];    ///< joints that R is taken from, at either end
   unsigned char broken;
   unsigned char pad[5];    ///< always 0
@@ -81,26 +82,32 @@ void add_moment(const DERotation &, const CrackEnd &end, unsigned use, const Vec
 double crack_release(const GeneralCell &cell, const Vec3 y[6], unsigned present, unsigned leaving,
                      const CornerModuli &moduli, double share[6]);
 
-/// The joint at the switch.
+/// The joint at the switch, first half: normal, frame and traction of this moment.
 /// \param m, f    decision of crack_growth.h
 /// \param force   on the near end by the joint, current frame
-/// \param budget  sum of the shares of crack_release at both ends
 /// \return false if the crack is not pulled open (force along m not positive): the joint stays as it is
 bool crack_start(CrackJoint &joint, const Vec3 &m, double f, const CrackGeometry &geometry,
-                 const Vec3 &force, double budget, const CrackEnd &near, const CrackEnd &far,
-                 const Vec3 &y, const CornerModuli &moduli, const CohesiveParameters &parameters);
+                 const Vec3 &force, const CrackEnd &near, const CrackEnd &far, const Vec3 &y);
+
+/// Second half, once both ends have said what they let go: stiffness and stretch.
+/// \param budget  sum of the shares of crack_release at both ends
+void crack_take_over(CrackJoint &joint, const CrackGeometry &geometry, double budget,
+                     const CornerModuli &moduli, const CohesiveParameters &parameters);
 
 /// A joint that is broken from the start, such as a notch: y is its natural length.
 CrackJoint crack_broken(const Vec3 &m, double f, const CrackGeometry &geometry,
                         const CornerModuli &moduli, const CohesiveParameters &parameters);
 
 struct CrackForces {
-  Vec3 force;                     ///< on the near end; the far one takes the opposite
-  Vec3 arm[2][6];                 ///< on the other ends of the joints used[0], used[1] of either DE
-  Vec3 at[2];                     ///< on the near and the far DE, to balance these
-  Vec3 torque;                    ///< on either spin; 0 unless neither DE has a rotation
-  double dissipated, fracture;    ///< of this evaluation; what of it is G_f
-  double excess;                  ///< as in CohesiveResult, times the area
+  Vec3 force;        ///< on the near end; the far one takes the opposite
+  Vec3 arm[2][6];    ///< on the other ends of the joints used[0], used[1] of either DE
+  Vec3 at[2];        ///< on the near and the far DE, to balance these
+  Vec3 torque;       ///< on either spin; 0 unless neither DE has a rotation
+  double dissipated;
+  /// Share of it that the surroundings have paid since the switch, at D = 1 the work done on the joint: G_f A_p if it is
+  /// drawn apart along m. The rest, in all what was taken over at the switch, is elastic energy of the lattice.
+  double fracture;
+  double excess;    ///< as in CohesiveResult, times the area
   double damage;
   bool newly_broken;
   bool apart;    ///< broken and so far away that it is for the contact of spheres
