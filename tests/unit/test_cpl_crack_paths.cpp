@@ -250,7 +250,7 @@ TEST(CrackPaths, StraightInTheTurnedPlane)
 TEST(CrackPaths, OnAnAxisTheCrackIsThatOfToday)
 {
   for (double G_f : {10.0, 50.0}) {
-    Case c{0.0, 0.0, 12.0, 4.0};
+    Case c{0.0, 0.0, 12.0, 6.0};
     c.G_f = G_f;
     const auto now = Disc(c).cuts(CrackBody::NEW), today = Disc(c).cuts(CrackBody::TODAY);
     ASSERT_EQ(now.size(), today.size());
