@@ -186,6 +186,42 @@ TEST(CrackGrowth, StrengthDoesNotKnowTheMesh)
   }
 }
 
+// Distorted hexes pass the patch test within a per cent or two rms: in equilibrium, not in a given field, the
+// first of a thousand joints bears up to 6 % more than the mean.
+TEST(CrackGrowth, StrengthInEquilibriumOfADistortedMesh)
+{
+  CrackBody body(strength_mesh(2), law, false);
+  for (int i = 0; i < body.n; ++i) body.type[i] = body.driven[i] = body.present[i] != 0x3f;
+  for (const Vec3 &n :
+       {Vec3(Vec3::UnitX()), Vec3(1, 1, 0).normalized(), Vec3(1, 2, 3).normalized()}) {
+    const Mat3 S = law.sigma_t * n * n.transpose();
+    std::fill(body.v.begin(), body.v.end(), Vec3(Vec3::Zero()));
+    const Mat3 F = strain_of(S);
+    for (int i = 0; i < body.n; ++i) body.x[i] = F * body.reference(i);
+    body.forces();
+    const double dt = body.stable_step();
+    for (int step = 0; step < 200; ++step) {
+      body.step(dt, CrackBody::NO_CRACKS);
+      for (Vec3 &v : body.v) v *= 0.9;
+    }
+    std::vector<Vec3> u(body.n);
+    for (int i = 0; i < body.n; ++i) u[i] = body.x[i] - body.reference(i);
+    double at = 0.85;
+    for (body.starts.clear(); body.starts.empty() && at < 1.2; at += 0.005) {
+      for (int i = 0; i < body.n; ++i) body.x[i] = body.reference(i) + at * u[i];
+      body.forces();
+      for (int i : body.growth.mark(body.lattice(), body.energy.data(), body.quiet.data())) {
+        CrackBody::End e;
+        const CrackEnd de = body.end(i, e);
+        body.growth.stress(i) = crack_stress(body.block.de[i].cell, e.y, de.present, body.moduli);
+      }
+      body.growth.decide(body.lattice(), body.strength(), body.parameters, body.starts);
+    }
+    EXPECT_GE(at - 0.005, 0.94) << n.transpose();
+    EXPECT_LE(at - 0.005, 1.0) << n.transpose();
+  }
+}
+
 // Nuclei in exactly equibiaxial tension: no direction in the plane is preferred.
 TEST(CrackGrowth, EquibiaxialTensionHasNoFavouriteDirection)
 {

@@ -154,16 +154,22 @@ class CrackGrowth {
   void nuclei(const CrackLattice &, const CrackGrowthParameters &, std::vector<CrackStart> &) const;
 };
 
-// In a step (the pair style):
-//   1. carry out the starts of the last step (states, crack_softening.h), on both ranks of a joint; add_crack()
-//   2. corner kernel; forward the half forces and, as a 19th number, the energy of each DE
-//   3. mark(); for its own marked DEs fill stress() with crack_stress(); forward 1 number for an unmarked DE,
-//      CrackStress::size more for a marked one: both ranks mark alike, as far as ghosts reach (three joints)
-//   4. forces; then decide(), and crack_start() for what it returns
-//   5. with the states that are forwarded today: of joints that open, CrackMemory (4 numbers)
-// Undamaged, quiet bodies pay one comparison per DE and the 2 numbers per ghost.
-// State per joint: CrackJoint in crack_softening.h. Nothing here is history: reset() and add_crack() from
-// the joints' states restore all, after a restart as after a reneighbouring.
+// In a step (the pair style, which does not use it yet):
+//   1. Joints that the last step started leave the corners at both ends (states, present); add_crack() for
+//      each, on every rank that knows both of its DEs. crack_release() for each own DE that has lost joints.
+//   2. Corner kernel. With the 18 numbers of half forces go the energy of each DE and, of DEs that have lost
+//      joints, their 6 shares of crack_release().
+//   3. crack_take_over() for new joints, then crack_update() for all softening joints and for broken
+//      ones that are not apart, by the rank of the lower ID; forces on ghosts are added up as always.
+//   4. mark(); crack_stress() for the own ones among the marked; forward 1 number of an unmarked DE
+//      (0), 1 + CrackStress::size of a marked one. Both ranks mark alike as far as ghosts reach.
+//   5. decide(); crack_start() for what it returns (false: it does not open). With the states, which are
+//      forwarded today, go the CrackMemory (4 numbers) of each joint that starts.
+// With new lists of neighbours: reset(), add_crack() for all cut joints whose DEs are both known, ghosts
+// among themselves included. Of ghosts a rank needs ID, reference position, corner, type, the other
+// ends (IDs, slots), and states and CrackMemory of their joints; as far as three joints away.
+// CrackJoint is all that a joint keeps; CrackGrowth has no history, so restarts need nothing else.
+// A quiet body pays one comparison per DE, and two numbers per ghost.
 
 }    // namespace defe
 
