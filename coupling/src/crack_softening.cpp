@@ -21,6 +21,15 @@ namespace {
             std::max(std::abs(g.d.dot(m)), 0.1 * g.d.norm())};
   }
 
+  /// Law of a joint that the crack cuts at an angle, weight of the shear: the user's on an axis, and 1 where the joint lies in
+  /// the plane of the crack. There what slides along m is mostly a crack that opens, and must soften as such.
+  CohesiveParameters oblique(const CohesiveParameters &par, const CrackGeometry &g, const Vec3 &m)
+  {
+    const double c = g.d.dot(m), along = std::min(c * c / g.d.squaredNorm(), 1.0);
+    const double weight = par.reciprocal ? 1.0 / par.beta : par.beta;
+    return {par.sigma_t, par.G_f, weight * along + std::max(weight, 1.0) * (1.0 - along), false};
+  }
+
   struct Frame {
     DERotation end[2];
     Mat3 R;
@@ -185,7 +194,7 @@ void crack_take_over(CrackJoint &joint, const CrackGeometry &geometry, double bu
   }
   joint.k_m = k_m;
   joint.k_p = k_p;
-  joint.s0 = equivalent_traction(t_m, t_p.norm(), par);
+  joint.s0 = equivalent_traction(t_m, t_p.norm(), oblique(par, geometry, m));
   joint.kappa = joint.s0 / k_m;
   const Vec3 e = (t_m / k_m) * m + t_p / k_p;
   for (int k = 0; k < 3; ++k) {
@@ -284,7 +293,8 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
     const double e_m = before.dot(m), de_m = e.dot(m) - e_m;
     CohesiveState state{e_m, before - e_m * m, joint.s0, joint.kappa};
     const Vec3 de_p = (e - before) - de_m * m;
-    const CohesiveResult r = cohesive_update(state, de_m, de_p, {joint.k_m, k_c, joint.k_p}, par);
+    const CohesiveResult r =
+        cohesive_update(state, de_m, de_p, {joint.k_m, k_c, joint.k_p}, oblique(par, geometry, m));
     const double delta_c = 2.0 * par.G_f / joint.s0;
     const double more_damage = (state.kappa - joint.kappa) / delta_c;
     joint.kappa = state.kappa;

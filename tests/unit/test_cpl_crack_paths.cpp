@@ -229,10 +229,9 @@ void expect_straight(const char *name, const Case &c)
   EXPECT_LT(std::abs(r.tilt_along), 4.0) << name;
   EXPECT_LT(std::abs(r.tilt_across), 4.0) << name;
   EXPECT_LT(r.scatter, 1.0) << name;
-  EXPECT_NEAR(r.area, 1.0, 0.1) << name;    // times G_f
-  // what is dissipated: joints near a front that waits may be sheared, which beta = 0.1 lets them bear
-  EXPECT_NEAR(r.energy, 1.0, 0.3) << name;
-  EXPECT_EQ(r.stray, 0) << name;
+  EXPECT_NEAR(r.area, 1.0, 0.1) << name;      // times G_f
+  EXPECT_NEAR(r.energy, 1.0, 0.2) << name;    // work done on joints, of some 20 in the window
+  EXPECT_LE(r.stray, r.cut / 100) << name;
   EXPECT_LT(r.rise, 1e-3) << name;
   EXPECT_LT(r.speed, 3192.0) << name;
 }
@@ -284,7 +283,7 @@ TEST(CrackPaths, MoreOrientations)
     for (double angle : {0.0, 11.25, 22.5, 30.0, 45.0})
       expect_straight(std::to_string(angle).c_str(), {angle, 0.0, 20.0, 8.0, G_f});
     expect_straight("0, 22.5",
-                    {0.0, 22.5, 18.0, 12.0, G_f});    // thin ones turn: their jagged faces
+                    {0.0, 22.5, 16.0, 16.0, G_f});    // thin ones turn: their jagged faces
     expect_straight("0, 45", {0.0, 45.0, 20.0, 8.0, G_f});
     expect_straight("22.5, 22.5", {22.5, 22.5, 20.0, 8.0, G_f});
     expect_straight("(111)", {0.0, 0.0, 20.0, 8.0, G_f, true});
