@@ -16,14 +16,36 @@ namespace {
     for (int k = 0; k < 6; ++k) sum[k] += S(row[k], column[k]);
   }
 
-  /// Volume times stress of a corner.
-  Mat3 corner_stress(const CornerMetric &m, const double E[3][3], double w, const GeneralCell &cell,
-                     const CornerModuli &moduli)
+  /// Volume times stress of a corner with all its joints, by the gradient of displacement.
+  Mat3 full_stress(const GeneralCell &cell, const Vec3 y[6], int corner, double w,
+                   const CornerModuli &moduli)
   {
-    // contravariant S^ab = lambda_e G^ab tr(E) + 2 mu G^ac E_cd G^db
-    double trace = 0.0;
+    Mat3 M, u;
+    for (int a = 0; a < 3; ++a) {
+      const int s = corner_slot(corner, a);
+      M.col(a) = cell.dX[s];
+      u.col(a) = y[s] - cell.dX[s];
+    }
+    const Mat3 G = u * M.inverse();
+    const Mat3 E = 0.5 * (G + G.transpose() + G.transpose() * G);
+    return w * (moduli.lambda * E.trace() * Mat3::Identity() + 2.0 * moduli.mu * E);
+  }
+
+  /// The same of one that lacks some, with the reduced law in the plane or line of those that are left.
+  Mat3 reduced_stress(const GeneralCell &cell, const Vec3 y[6], unsigned present, int corner,
+                      double w, const CornerModuli &moduli)
+  {
+    const CornerMetric m(cell, present, corner);
+    double E[3][3], trace = 0.0;
     for (int a = 0; a < m.joints; ++a)
-      for (int b = 0; b < m.joints; ++b) trace += m.inverse(a, b) * E[a][b];
+      for (int b = 0; b < m.joints; ++b) {
+        // by displacements, so that nothing cancels when the strain is small
+        const int s = m.slot[a], t = m.slot[b];
+        const Vec3 us = y[s] - cell.dX[s], ut = y[t] - cell.dX[t];
+        E[a][b] = 0.25 * (us.dot(y[t] + cell.dX[t]) + ut.dot(y[s] + cell.dX[s]));
+        trace += m.inverse(a, b) * E[a][b];
+      }
+    // contravariant S^ab = lambda_e G^ab tr(E) + 2 mu G^ac E_cd G^db
     const double p = reduced_lambda(moduli, m.joints) * trace;
     Mat3 S = Mat3::Zero();
     for (int a = 0; a < m.joints; ++a)
@@ -44,23 +66,20 @@ CrackStress crack_stress(const GeneralCell &cell, const Vec3 y[6], unsigned pres
 {
   CrackStress sum{};
   for (int corner = 0; corner < 8; ++corner) {
-    const CornerMetric m(cell, present, corner);
-    if (m.joints == 0) continue;
-    double E[3][3];
-    for (int a = 0; a < m.joints; ++a)
-      for (int b = 0; b < m.joints; ++b) {
-        // by displacements, so that nothing cancels when the strain is small
-        const int s = m.slot[a], t = m.slot[b];
-        const Vec3 us = y[s] - cell.dX[s], ut = y[t] - cell.dX[t];
-        E[a][b] = 0.25 * (us.dot(y[t] + cell.dX[t]) + ut.dot(y[s] + cell.dX[s]));
-      }
+    const unsigned all =
+        1u << corner_slot(corner, 0) | 1u << corner_slot(corner, 1) | 1u << corner_slot(corner, 2);
+    if (!(present & all)) continue;
+    const bool full = (present & all) == all;
     const double w = corner_volume(cell, corner);
-    const Mat3 S = corner_stress(m, E, w, cell, moduli);
-    for (int a = 0; a < m.joints; ++a) {
-      add(sum.slot[m.slot[a]], S);
-      sum.slot_volume[m.slot[a]] += w;
+    const Mat3 S = full ? full_stress(cell, y, corner, w, moduli)
+                        : reduced_stress(cell, y, present, corner, w, moduli);
+    for (int a = 0; a < 3; ++a) {
+      const int s = corner_slot(corner, a);
+      if (!(present >> s & 1u)) continue;
+      add(sum.slot[s], S);
+      sum.slot_volume[s] += w;
     }
-    if (m.joints == 3) {
+    if (full) {
       add(sum.full, S);
       sum.full_volume += w;
     }

@@ -163,6 +163,49 @@ TEST(CrackRings, AsManyAsElementsAroundAnEdge)
   }
 }
 
+// A stress that the joints left can bear is found, whether or not the others are there; turning it changes nothing.
+TEST(CrackStress, FullAndReducedCorners)
+{
+  std::mt19937 random(13);
+  const Mat3 turn = random_rotation(random), R = random_rotation(random);
+  const CrackBody body(box_mesh(2, 2, 2, h,
+                                [&](const Vec3 &X) {
+                                  return Vec3(turn * X);
+                                }),
+                       law, true);
+  for (int i = 0; i < body.n; ++i) {
+    if (body.present[i] != 0x3f) continue;
+    Mat3 line = Mat3::Zero(), plane = Mat3::Zero(), solid;
+    line(0, 0) = 1.0;
+    plane.topLeftCorner(2, 2) << 1.0, 0.4, 0.4, -0.5;
+    solid << 1.0, 0.2, -0.3, 0.2, 0.5, 0.6, -0.3, 0.6, -0.2;
+    const std::pair<unsigned, Mat3> cases[] = {
+        {0x03, line}, {0x0f, plane}, {0x3f, solid}, {0x3f, line}, {0x15, line}};
+    for (const auto &[present, local] : cases) {
+      const Mat3 S = law.sigma_t * turn * local * turn.transpose(), F = R * strain_of(S);
+      Vec3 y[6];
+      for (int s = 0; s < 6; ++s) y[s] = F * body.block.de[i].cell.dX[s];
+      const CrackStress stress = crack_stress(body.block.de[i].cell, y, present, body.moduli);
+      if (present == 0x15 || present == 0x3f) {
+        EXPECT_NEAR(stress.full_volume, (present == 0x15 ? 0.125 : 1.0) * d * d * d,
+                    1e-12 * d * d * d);
+        EXPECT_LT((crack_tensor(stress.full) / stress.full_volume - S).norm(), 1e-9 * S.norm());
+      }
+      for (int s = 0; s < 6; ++s) {
+        if (!(present >> s & 1u)) {
+          EXPECT_EQ(stress.slot_volume[s], 0.0);
+          continue;
+        }
+        EXPECT_NEAR(stress.slot_volume[s], 0.5 * d * d * d, 1e-12 * d * d * d);
+        if (present != 0x15 || s == 0) {
+          EXPECT_LT((crack_tensor(stress.slot[s]) / stress.slot_volume[s] - S).norm(),
+                    1e-9 * S.norm());
+        }
+      }
+    }
+  }
+}
+
 // sigma_t in every direction, on cubes, bricks of 2:1 and distorted hexes; the crack is normal to the tension.
 TEST(CrackGrowth, StrengthDoesNotKnowTheMesh)
 {
