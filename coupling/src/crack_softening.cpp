@@ -8,7 +8,8 @@ namespace defe {
 
 namespace {
 
-  /// Below this share (of the largest, 2/9 for a cube... see de_rotation) joints are as good as on one line.
+  /// Least stiffness against turning, over the largest singular value (2 for a cube), below which joints
+  /// are as good as on one line.
   constexpr double line_limit = 1e-3;
 
   struct Projected {

@@ -376,12 +376,9 @@ void fill(CrackBody &body)
 TEST(CrackGrowth, NumberingDoesNotMatter)
 {
   std::mt19937 random(6);
-  std::vector<Vec3> moved(7 * 7 * 7);
-  int next = 0;
   Mesh mesh = box_mesh(6, 6, 6, h, [&](const Vec3 &X) {
     return Vec3(X + random_vector(random, 0.1 * h));
   });
-  (void) next;
   Picture first;
   for (int k = 0; k < 4; ++k) {
     Mesh other = mesh;
