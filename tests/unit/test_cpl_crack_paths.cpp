@@ -283,7 +283,7 @@ TEST(CrackPaths, MoreOrientations)
     for (double angle : {0.0, 11.25, 22.5, 30.0, 45.0})
       expect_straight(std::to_string(angle).c_str(), {angle, 0.0, 20.0, 8.0, G_f});
     expect_straight("0, 22.5",
-                    {0.0, 22.5, 16.0, 16.0, G_f});    // thin ones turn: their jagged faces
+                    {0.0, 22.5, 20.0, 14.0, G_f});    // thin ones turn: their jagged faces
     expect_straight("0, 45", {0.0, 45.0, 20.0, 8.0, G_f});
     expect_straight("22.5, 22.5", {22.5, 22.5, 20.0, 8.0, G_f});
     expect_straight("(111)", {0.0, 0.0, 20.0, 8.0, G_f, true});
