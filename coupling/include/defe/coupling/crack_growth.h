@@ -1,0 +1,176 @@
+#ifndef DEFE_COUPLING_CRACK_GROWTH_H
+#define DEFE_COUPLING_CRACK_GROWTH_H
+
+/// \file
+/// Where cracks start and how they go on: a law that does not know the mesh.
+///
+/// Judged by its own traction a joint feels sigma cos^2 of its angle only, and a crack stays on the
+/// lattice row that it runs along. Here the stress says where a crack goes. Every cut (softening or
+/// broken) joint remembers the crack's normal m and where the crack passes between its two DEs, p. All in the
+/// reference frame, with second Piola-Kirchhoff stresses.
+///
+/// **Front.** A ring (crack_rings.h) with one cut joint holds a crack front. S_q = stress of the full
+/// corners of the ring's DEs and of their face neighbours, s_1 its largest principal value;
+/// m_q = largest principal direction of S_q + memory s_1 m m^T: the crack's next normal, which in an
+/// equibiaxial field is the old one. Once m_q . S_j m_q reaches sigma_t at any intact joint j of the ring (S_j: corners
+/// on both sides that share the joint), the front moves: the joints whose DEs lie on either side of
+/// the plane through p with normal m_q open. Fronts that meet at a joint add up their planes.
+///
+/// **Ligament.** The last intact joint of a ring opens when the stress along the mean normal of
+/// the others reaches sigma_t; so does the one that is loaded most where an odd number >= 3 is cut.
+///
+/// **Nucleus.** Elsewhere a joint opens when sigma_1(S_j) reaches sigma_t (1 + scatter u), u in [0, 1) of a hash of its
+/// place, if it is best aligned with the tension among the axes of its DEs, and first among such
+/// joints of its DEs and their neighbours. Beside a crack (in a ring with a cut joint, or within
+/// 1.5 d of the plane of a cut joint whose p is within d) it takes `overstrength` times as much: that is how cracks branch.
+///
+/// **Entry.** Where a ring is open because finite elements are in its way, the front waits before their faces. It
+/// asks for them once m . S m, S of the corners at the tie, reaches sigma_t: they are to convert, whatever
+/// their own stress. Then the ring closes and the front goes on.
+///
+/// All decisions come from the state at their beginning, sums are ordered by ID and a joint is decided upon by the
+/// rank of its DE of the lower ID, so neither numbering nor ranks matter.
+///
+/// Differences from the law's first form (prototypes): a nucleus competes only with joints that could
+/// open themselves (else a joint that is loaded more but badly aligned keeps its neighbours shut);
+/// rings of any size; directions of nuclei in exactly equibiaxial tension come from the hash, not from rounding or the mesh.
+///
+/// What a step needs, and what ranks exchange: end of this file.
+
+#include "defe/coupling/crack_rings.h"
+#include "defe/coupling/crack_stress.h"
+
+#include <unordered_map>
+#include <vector>
+
+namespace defe {
+
+/// Of a cut joint, seen from its DE of the lower ID. Plain data.
+struct CrackMemory {
+  double m[3];    ///< unit normal, towards the other DE
+  double f;       ///< p = X + f (X_other - X)
+};
+
+struct CrackStart {
+  enum Origin { FRONT, LIGAMENT, NUCLEUS, BRANCH };
+
+  int joint;    ///< 6 * DE + slot of the lower ID, which is owned
+  CrackMemory memory;
+  Origin origin;
+};
+
+struct CrackGrowthParameters {
+  double memory = 0.3;          ///< weight of the old direction
+  double overstrength = 2.0;    ///< beside a crack, times sigma_t; 1.3 to 2
+  double scatter = 0.01;        ///< of the strength of nuclei; growth keeps sigma_t
+};
+
+/// Strength of the joint between two DEs by their types; infinite where none may be cut.
+struct CrackStrength {
+  const unsigned char *type;    ///< [n] of DEs
+  int types;
+  const double *sigma_t;    ///< [types * types]
+
+  double operator()(int a, int b) const { return sigma_t[type[a] * types + type[b]]; }
+};
+
+class CrackGrowth {
+ public:
+  /// Share of sigma_t for crack_quiet_energy: what is below need not be looked at.
+  static constexpr double quiet_share = 0.8;
+
+  /// Numbers of DEs have changed; cracks are forgotten and must be added again.
+  void reset(const CrackLattice &lattice);
+  /// A cut joint, of own DEs or ghosts, by either end.
+  void add_crack(const CrackLattice &lattice, int joint, const CrackMemory &memory);
+
+  /// Finds DEs whose corner stresses decide(): those that are not quiet, their neighbours, and what fronts beside them average over.
+  /// \param energy, quiet  [n] strain energy of DEs, ghosts as well; crack_quiet_energy (of the least sigma_t)
+  /// \return the marked ones, own and ghosts, ascending
+  const std::vector<int> &mark(const CrackLattice &lattice, const double *energy,
+                               const double *quiet);
+  bool marked(int de) const { return place[de] >= 0; }
+  /// Room for the stress of a marked DE: to be filled for all of them before decide().
+  CrackStress &stress(int de) { return stresses[place[de]]; }
+
+  /// \param starts  joints of own DEs (lower IDs) that open, ordered by their IDs
+  void decide(const CrackLattice &lattice, const CrackStrength &strength,
+              const CrackGrowthParameters &parameters, std::vector<CrackStart> &starts);
+
+  /// Ties of own DEs behind which the last decide() found a crack that wants to go on: 6 * DE + slot, ascending.
+  const std::vector<int> &entered() const { return entries; }
+
+ private:
+  struct Hot {    // an intact joint that may have reached its strength
+    int joint;
+    double value;    // sigma_1(S_j) / sigma_t
+    Vec3 direction;
+    Mat3 S;
+  };
+  struct Vote {
+    int joint;    // lower end
+    std::int64_t key[4];
+    Vec3 m;
+    double below, above;
+  };
+  struct Listed {
+    int joint;       // lower end
+    bool regular;    // all its rings have four DEs at most
+  };
+  struct Waiting {    // a front before a tie
+    int crack, tie;
+  };
+
+  std::unordered_map<int, CrackMemory> cracks;    // by lower end
+  std::vector<Listed> crack_list;                 // in the order of IDs
+  bool sorted = true;
+  std::vector<int> place;    // [n] index into stresses, or < 0
+  std::vector<unsigned char> loud;
+  std::vector<int> loud_list, active;
+  std::vector<CrackStress> stresses;
+  std::vector<CrackRing> fronts;
+  std::vector<Waiting> waiting;
+  std::vector<int> entries;
+  std::vector<Hot> hot;
+  std::vector<int> hot_of;    // [6 * active] by lower end
+  std::vector<Vote> votes;
+
+  bool near_loud(const CrackLattice &, int joint, bool regular) const;
+  void find_fronts(const CrackLattice &);
+  void find_waiting(const CrackLattice &, int joint);
+  void enter(const CrackLattice &, const CrackStrength &);
+  void activate(int de);
+  void find_hot(const CrackLattice &, const CrackStrength &);
+  const Hot *hot_joint(const CrackLattice &, int joint) const;
+  Vec3 crack_point(const CrackLattice &, int joint) const;
+  Vec3 normal(int joint) const { return Vec3(cracks.at(joint).m); }
+  Vec3 front_normal(const CrackLattice &, const CrackRing &, const Vec3 &old, double memory) const;
+  void vote(const CrackLattice &, const CrackRing &, double memory);
+  void ligament(const CrackLattice &, const CrackRing &, std::vector<CrackStart> &) const;
+  void count_votes(const CrackLattice &, const CrackStrength &, std::vector<CrackStart> &);
+  bool shielded(const CrackLattice &, int joint) const;
+  bool could_nucleate(const CrackLattice &, const Hot &, const CrackGrowthParameters &,
+                      double *excess, Vec3 *m) const;
+  void nuclei(const CrackLattice &, const CrackGrowthParameters &, std::vector<CrackStart> &) const;
+};
+
+// In a step (the pair style, which does not use it yet):
+//   1. Joints that the last step started leave the corners at both ends (states, present); add_crack() for
+//      each, on every rank that knows both of its DEs. crack_release() for each own DE that has lost joints.
+//   2. Corner kernel. With the 18 numbers of half forces go the energy of each DE and, of DEs that have lost
+//      joints, their 6 shares of crack_release().
+//   3. crack_take_over() for new joints, then crack_update() for all softening joints and for broken
+//      ones that are not apart, by the rank of the lower ID; forces on ghosts are added up as always.
+//   4. mark(); crack_stress() for the own ones among the marked; forward 1 number of an unmarked DE
+//      (0), 1 + CrackStress::size of a marked one. Both ranks mark alike as far as ghosts reach.
+//   5. decide(); crack_start() for what it returns (false: it does not open). With the states, which are
+//      forwarded today, go the CrackMemory (4 numbers) of each joint that starts.
+// With new lists of neighbours: reset(), add_crack() for all cut joints whose DEs are both known, ghosts
+// among themselves included. Of ghosts a rank needs ID, reference position, corner, type, the other
+// ends (IDs, slots), and states and CrackMemory of their joints; as far as three joints away.
+// CrackJoint is all that a joint keeps; CrackGrowth has no history, so restarts need nothing else.
+// A quiet body pays one comparison per DE, and two numbers per ghost.
+
+}    // namespace defe
+
+#endif

@@ -1,0 +1,74 @@
+#ifndef DEFE_COUPLING_CRACK_RINGS_H
+#define DEFE_COUPLING_CRACK_RINGS_H
+
+/// \file
+/// Rings of a lattice of discrete elements (DEs).
+///
+/// Around every line in which cells of DEs meet, their centres form a closed ring whose neighbours
+/// are joined: four DEs inside an element and across an element's face, as many as there are
+/// elements around an inner edge of the mesh. A crack surface that passes through a ring cuts two of its
+/// joints, so a ring with one cut joint holds a crack front (see crack_growth.h). At the surface
+/// of the body, and beside finite elements, the ring is open: no crack front is looked for there.
+///
+/// Rings are walked when they are asked for (nothing is stored) and by the slots alone: any hex mesh.
+
+#include "defe/types.h"
+
+#include <cstdint>
+
+namespace defe {
+
+/// What the growth of cracks sees of the DEs of one rank. The arrays are the caller's. Joint
+/// `6 * DE + slot` is the joint at that slot; both its ends have a number.
+struct CrackLattice {
+  enum State : unsigned char { INTACT = 0, SOFTENING = 1, BROKEN = 2 };
+
+  int owned;    ///< DEs 0 .. owned - 1 are this rank's
+  int n;        ///< the rest up to n are its ghosts: all within three joints of its own
+  const std::int64_t *id;    ///< [n] unique, the same on all ranks
+  const double (*X)[3];      ///< [n] reference positions, neighbours not wrapped
+  const int (*partner)
+      [6];    ///< [n] 6 * other DE + slot there; < 0: no joint to another DE that is known here
+  const unsigned char
+      *corner;    ///< [n] corner of its element that the DE is: which slots are outer
+  const unsigned char *state;    ///< [6 n] of joints, the same at both ends
+  /// [n] bit s set: slot s ends on the face of a finite element of the same part; null: none
+  const unsigned char *ties = nullptr;
+
+  Vec3 vector(int joint) const    ///< from the DE of this end to the other one, reference
+  {
+    const double *a = X[joint / 6], *b = X[partner[joint / 6][joint % 6] / 6];
+    return Vec3(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+  }
+  int other_end(int joint) const { return partner[joint / 6][joint % 6]; }
+  /// The joint's number from the DE of the lower ID.
+  int lower_end(int joint) const
+  {
+    const int other = other_end(joint);
+    return id[joint / 6] < id[other / 6] ? joint : other;
+  }
+  bool cut(int joint) const { return state[joint] != INTACT; }
+};
+
+struct CrackRing {
+  static constexpr int most = 12;
+
+  int size = 0;
+  int de[most];
+  int joint[most];    ///< joint[k] leads from de[k] to the next one, the last back to de[0]
+
+  int cut(const CrackLattice &lattice) const
+  {
+    int count = 0;
+    for (int k = 0; k < size; ++k) count += lattice.cut(joint[k]);
+    return count;
+  }
+};
+
+/// The ring that leaves a DE through slot `out` and comes back through slot `back` (of another axis).
+/// \return whether there is one; it is closed, of 3 to CrackRing::most DEs
+bool crack_ring(const CrackLattice &lattice, int de, int out, int back, CrackRing &ring);
+
+}    // namespace defe
+
+#endif

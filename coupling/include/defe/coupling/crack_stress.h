@@ -1,0 +1,53 @@
+#ifndef DEFE_COUPLING_CRACK_STRESS_H
+#define DEFE_COUPLING_CRACK_STRESS_H
+
+/// \file
+/// Stresses of the corners of a DE, as the growth of cracks (crack_growth.h) asks for them.
+///
+/// Second Piola-Kirchhoff stress in the reference frame, S = sum over the present joints of a
+/// corner S^ab M_a (x) M_b, with the reduced laws of corner_strain.h where joints are missing. Rigid rotation drops out.
+/// Only a few DEs need it, so it is apart from the kernel that makes the forces.
+
+#include "defe/coupling/corner_strain.h"
+
+namespace defe {
+
+/// Sums over a DE's corners; plain data, sent to the ghosts as it is. Order xx yy zz yz xz xy.
+struct CrackStress {
+  static constexpr int size = 49;    ///< doubles
+
+  double slot[6][6];    ///< of the corners that share the joint at the slot: volume times stress
+  double slot_volume[6];    ///< their volume; 0 where there is no joint
+  double full[6];           ///< of the corners with all three joints
+  double full_volume;
+};
+static_assert(sizeof(CrackStress) == CrackStress::size * sizeof(double), "no gaps");
+
+/// \param y, present  as in corner_strain_general
+CrackStress crack_stress(const GeneralCell &cell, const Vec3 y[6], unsigned present,
+                         const CornerModuli &moduli);
+
+Mat3 crack_tensor(const double sum[6]);
+
+/// Strain energy of a DE below which neither it nor a joint of it with a DE that is below, too, can have
+/// a principal stress of `share` times sigma_t: sum of w psi >= W sigma_1^2/(2 (lambda + 2 mu)) for the mean stress of
+/// corners of volume W, and a joint's corners are half of either DE. (In uniaxial tension this is reached
+/// at 0.67 share sigma_t for nu = 0.2.)
+double crack_quiet_energy(double volume, const CornerModuli &moduli, double sigma_t, double share);
+
+/// Upper bound of the largest principal value, without an eigenproblem.
+double largest_principal_bound(const Mat3 &S);
+
+/// Largest principal value and its direction (sign arbitrary).
+struct Principal {
+  double value;
+  Vec3 direction;
+};
+Principal largest_principal(const Mat3 &S);
+
+/// The same; where several directions serve equally (relative gap below 1e-6) it is `wish`, as far as possible.
+Principal largest_principal(const Mat3 &S, const Vec3 &wish);
+
+}    // namespace defe
+
+#endif

@@ -1,0 +1,462 @@
+#include "defe/coupling/crack_growth.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+namespace defe {
+
+namespace {
+
+  using Ids = std::array<std::int64_t, 2>;
+
+  Ids ids(const CrackLattice &lattice, int lower_end)
+  {
+    return {lattice.id[lower_end / 6], lattice.id[lattice.other_end(lower_end) / 6]};
+  }
+
+  Vec3 centre(const CrackLattice &lattice, int joint)
+  {
+    return Vec3(lattice.X[joint / 6]) + 0.5 * lattice.vector(joint);
+  }
+
+  /// 64 random bits that belong to the place of a joint: the same whatever the numbering. Places are
+  /// rounded to a hundredth of the joint, off the multiples of the mesh size, so that rounding does not matter.
+  std::uint64_t place_hash(const CrackLattice &lattice, int joint)
+  {
+    const double grid = 0.0123456789 * lattice.vector(joint).norm();
+    const Vec3 c = centre(lattice, joint);
+    std::uint64_t h = 0x9e3779b97f4a7c15ull;
+    for (int k = 0; k < 3; ++k) {
+      h ^=
+          static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(c[k] / grid + 0.376543)));
+      h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ull;
+      h = (h ^ (h >> 27)) * 0x94d049bb133111ebull;
+      h ^= h >> 31;
+    }
+    return h;
+  }
+
+  /// The share of 21 of the bits in [0, 1).
+  double uniform(std::uint64_t hash, int which)
+  {
+    return static_cast<double>(hash >> (21 * which) & 0x1fffff) / 0x200000;
+  }
+
+  Vec3 random_direction(std::uint64_t hash)
+  {
+    const double z = 2.0 * uniform(hash, 1) - 1.0, angle = 2.0 * M_PI * uniform(hash, 2);
+    const double r = std::sqrt(1.0 - z * z);
+    return Vec3(r * std::cos(angle), r * std::sin(angle), z);
+  }
+
+  /// Whether no axis of either DE is closer to m than this joint; ties count as best.
+  bool best_aligned(const CrackLattice &lattice, int joint, const Vec3 &m)
+  {
+    const double own = std::abs(lattice.vector(joint).normalized().dot(m));
+    for (int end : {joint, lattice.other_end(joint)})
+      for (int s = 0; s < 6; ++s) {
+        if (s / 2 == end % 6 / 2 || lattice.partner[end / 6][s] < 0) continue;
+        if (std::abs(lattice.vector(6 * (end / 6) + s).normalized().dot(m)) > own + 1e-6)
+          return false;
+      }
+    return true;
+  }
+
+  /// Call f(joint) for all joints of the DEs of a joint and of their neighbours, by their lower ends; some twice.
+  /// Stops when f returns false.
+  template <class F> bool all_around(const CrackLattice &lattice, int joint, F f)
+  {
+    const auto joints_of = [&](int de) {
+      for (int s = 0; s < 6; ++s)
+        if (lattice.partner[de][s] >= 0 && !f(lattice.lower_end(6 * de + s))) return false;
+      return true;
+    };
+    for (int end : {joint, lattice.other_end(joint)}) {
+      if (!joints_of(end / 6)) return false;
+      for (int s = 0; s < 6; ++s) {
+        const int next = lattice.partner[end / 6][s];
+        if (next >= 0 && next != joint && next != lattice.other_end(joint) && !joints_of(next / 6))
+          return false;
+      }
+    }
+    return true;
+  }
+
+  CrackStart make_start(const CrackLattice &lattice, int joint, const Vec3 &m, double f,
+                        CrackStart::Origin origin)
+  {
+    const double sign = lattice.vector(joint).dot(m) < 0.0 ? -1.0 : 1.0;
+    return {joint, {{sign * m[0], sign * m[1], sign * m[2]}, std::clamp(f, 0.05, 0.95)}, origin};
+  }
+
+}    // namespace
+
+// --- cracks -----------------------------------------------------------------
+
+void CrackGrowth::reset(const CrackLattice &lattice)
+{
+  cracks.clear();
+  crack_list.clear();
+  sorted = true;
+  place.assign(lattice.n, -1);
+  loud.assign(lattice.n, 0);
+  loud_list.clear();
+  active.clear();
+  fronts.clear();
+  waiting.clear();
+}
+
+void CrackGrowth::add_crack(const CrackLattice &lattice, int joint, const CrackMemory &memory)
+{
+  const int lower = lattice.lower_end(joint);
+  bool regular = true;
+  CrackRing ring;
+  for (int t = 0; t < 6; ++t)
+    if (t / 2 != lower % 6 / 2 && crack_ring(lattice, lower / 6, lower % 6, t, ring))
+      regular = regular && ring.size <= 4;
+  if (cracks.insert_or_assign(lower, memory).second) crack_list.push_back({lower, regular});
+  sorted = false;
+}
+
+Vec3 CrackGrowth::crack_point(const CrackLattice &lattice, int joint) const
+{
+  return Vec3(lattice.X[joint / 6]) + cracks.at(joint).f * lattice.vector(joint);
+}
+
+// --- which DEs are looked at ------------------------------------------------
+
+void CrackGrowth::activate(int de)
+{
+  if (place[de] >= 0) return;
+  place[de] = 0;
+  active.push_back(de);
+}
+
+const std::vector<int> &CrackGrowth::mark(const CrackLattice &lattice, const double *energy,
+                                          const double *quiet)
+{
+  if (static_cast<int>(place.size()) != lattice.n)
+    throw std::logic_error("CrackGrowth: reset() before mark()");
+  for (int d : active) place[d] = -1;
+  for (int d : loud_list) loud[d] = 0;
+  active.clear();
+  loud_list.clear();
+  fronts.clear();
+  waiting.clear();
+  for (int d = 0; d < lattice.n; ++d)
+    if (energy[d] >= quiet[d]) {
+      loud[d] = 1;
+      loud_list.push_back(d);
+    }
+  if (loud_list.empty()) return active;
+
+  for (int d : loud_list) {
+    activate(d);
+    for (int s = 0; s < 6; ++s)
+      if (lattice.partner[d][s] >= 0) activate(lattice.partner[d][s] / 6);
+  }
+  find_fronts(lattice);
+  for (const CrackRing &ring : fronts)
+    for (int k = 0; k < ring.size; ++k) {
+      const int d = ring.de[k];
+      activate(d);
+      for (int s = 0; s < 6; ++s)
+        if (lattice.partner[d][s] >= 0) activate(lattice.partner[d][s] / 6);
+    }
+  std::sort(active.begin(), active.end());
+  for (std::size_t k = 0; k < active.size(); ++k) place[active[k]] = static_cast<int>(k);
+  stresses.resize(active.size());
+  return active;
+}
+
+/// Whether a ring of the joint may hold a loud DE: rings of four are the two DEs and neighbours of them.
+bool CrackGrowth::near_loud(const CrackLattice &lattice, int joint, bool regular) const
+{
+  if (!regular) return true;
+  for (int end : {joint, lattice.other_end(joint)}) {
+    if (loud[end / 6]) return true;
+    for (int s = 0; s < 6; ++s)
+      if (lattice.partner[end / 6][s] >= 0 && loud[lattice.partner[end / 6][s] / 6]) return true;
+  }
+  return false;
+}
+
+/// Rings with an odd number of cut joints and a loud DE, each once: from its first cut joint.
+void CrackGrowth::find_fronts(const CrackLattice &lattice)
+{
+  if (!sorted)
+    std::sort(crack_list.begin(), crack_list.end(), [&](const Listed &a, const Listed &b) {
+      return ids(lattice, a.joint) < ids(lattice, b.joint);
+    });
+  sorted = true;
+  CrackRing ring;
+  for (const auto &[joint, regular] : crack_list) {
+    if (!near_loud(lattice, joint, regular)) continue;
+    if (lattice.ties) find_waiting(lattice, joint);
+    for (int t = 0; t < 6; ++t) {
+      if (t / 2 == joint % 6 / 2 || !crack_ring(lattice, joint / 6, joint % 6, t, ring)) continue;
+      if (ring.cut(lattice) % 2 == 0) continue;
+      bool first = true, any_loud = false;
+      for (int k = 0; k < ring.size; ++k) {
+        const int other = lattice.lower_end(ring.joint[k]);
+        if (lattice.cut(other) && ids(lattice, other) < ids(lattice, joint)) first = false;
+        any_loud = any_loud || loud[ring.de[k]];
+      }
+      if (first && any_loud) fronts.push_back(ring);
+    }
+  }
+}
+
+/// The crack between the two DEs of a cut joint goes on between their ties along another axis.
+void CrackGrowth::find_waiting(const CrackLattice &lattice, int joint)
+{
+  for (int end : {joint, lattice.other_end(joint)})
+    for (int s = 0; s < 6; ++s)
+      if (s / 2 != end % 6 / 2 && lattice.ties[end / 6] >> s & 1u && loud[end / 6])
+        waiting.push_back({joint, 6 * (end / 6) + s});
+}
+
+// --- decisions --------------------------------------------------------------
+
+void CrackGrowth::find_hot(const CrackLattice &lattice, const CrackStrength &strength)
+{
+  hot.clear();
+  hot_of.assign(6 * active.size(), -1);
+  for (int d : active)
+    for (int s = 0; s < 6; ++s) {
+      const int joint = 6 * d + s, other = lattice.partner[d][s];
+      if (other < 0 || lattice.cut(joint) || lattice.lower_end(joint) != joint) continue;
+      if (!marked(other / 6)) continue;    // both are quiet
+      const double limit = strength(d, other / 6);
+      const CrackStress &a = stresses[place[d]], &b = stresses[place[other / 6]];
+      const double volume = a.slot_volume[s] + b.slot_volume[other % 6];
+      if (!(volume > 0.0) || !std::isfinite(limit)) continue;
+      const Mat3 S = (crack_tensor(a.slot[s]) + crack_tensor(b.slot[other % 6])) / volume;
+      if (largest_principal_bound(S) < 0.98 * limit) continue;
+      const Principal p = largest_principal(S);
+      if (p.value < 0.98 * limit) continue;
+      hot_of[6 * place[d] + s] = static_cast<int>(hot.size());
+      hot.push_back({joint, p.value / limit, p.direction, S / limit});
+    }
+}
+
+const CrackGrowth::Hot *CrackGrowth::hot_joint(const CrackLattice &lattice, int joint) const
+{
+  const int lower = lattice.lower_end(joint);
+  if (!marked(lower / 6)) return nullptr;
+  const int k = hot_of[6 * place[lower / 6] + lower % 6];
+  return k < 0 ? nullptr : &hot[k];
+}
+
+Vec3 CrackGrowth::front_normal(const CrackLattice &lattice, const CrackRing &ring, const Vec3 &old,
+                               double memory) const
+{
+  std::vector<std::pair<std::int64_t, int>> des;
+  for (int k = 0; k < ring.size; ++k) {
+    const int d = ring.de[k];
+    des.emplace_back(lattice.id[d], d);
+    for (int s = 0; s < 6; ++s)
+      if (lattice.partner[d][s] >= 0)
+        des.emplace_back(lattice.id[lattice.partner[d][s] / 6], lattice.partner[d][s] / 6);
+  }
+  std::sort(des.begin(), des.end());
+  des.erase(std::unique(des.begin(), des.end()), des.end());
+  Mat3 full = Mat3::Zero(), all = Mat3::Zero();
+  double full_volume = 0.0, all_volume = 0.0;
+  for (const auto &[id, d] : des) {
+    const CrackStress &s = stresses[place[d]];
+    full += crack_tensor(s.full);
+    full_volume += s.full_volume;
+    for (int q = 0; q < 6; ++q) {
+      all += crack_tensor(s.slot[q]);
+      all_volume += s.slot_volume[q];
+    }
+  }
+  if (!(all_volume > 0.0)) return old;
+  const Mat3 S = full_volume > 0.0 ? Mat3(full / full_volume) : Mat3(all / all_volume);
+  const double s1 = std::max(largest_principal(S).value, 0.0);
+  const Vec3 m = largest_principal(S + memory * s1 * old * old.transpose(), old).direction;
+  return m.dot(old) < 0.0 ? Vec3(-m) : m;
+}
+
+void CrackGrowth::vote(const CrackLattice &lattice, const CrackRing &ring, double memory)
+{
+  int cut = -1;
+  bool may_fire = false;
+  for (int k = 0; k < ring.size; ++k) {
+    if (lattice.cut(ring.joint[k])) cut = lattice.lower_end(ring.joint[k]);
+    const Hot *h = hot_joint(lattice, ring.joint[k]);
+    may_fire = may_fire || (h && h->value >= 1.0);
+  }
+  if (!may_fire) return;    // m.S m <= s_1
+  const Vec3 m = front_normal(lattice, ring, normal(cut), memory);
+  const Vec3 p = crack_point(lattice, cut);
+  bool fires = false;
+  for (int k = 0; k < ring.size; ++k) {
+    const Hot *h = hot_joint(lattice, ring.joint[k]);
+    fires = fires || (h && m.dot(h->S * m) >= 1.0);
+  }
+  if (!fires) return;
+  for (int k = 0; k < ring.size; ++k) {
+    const int joint = lattice.lower_end(ring.joint[k]);
+    if (lattice.cut(joint) || joint / 6 >= lattice.owned) continue;
+    const double below = m.dot(Vec3(lattice.X[joint / 6]) - p);
+    const Ids a = ids(lattice, joint), c = ids(lattice, cut);
+    votes.push_back(
+        {joint, {a[0], a[1], c[0], c[1]}, m, below, below + m.dot(lattice.vector(joint))});
+  }
+}
+
+void CrackGrowth::count_votes(const CrackLattice &lattice, const CrackStrength &strength,
+                              std::vector<CrackStart> &starts)
+{
+  std::sort(votes.begin(), votes.end(), [](const Vote &a, const Vote &b) {
+    return std::lexicographical_compare(a.key, a.key + 4, b.key, b.key + 4);
+  });
+  for (std::size_t k = 0; k < votes.size();) {
+    const int joint = votes[k].joint;
+    Vec3 m = Vec3::Zero();
+    double below = 0.0, above = 0.0;
+    for (; k < votes.size() && votes[k].joint == joint; ++k) {
+      const double sign = m.dot(votes[k].m) < 0.0 ? -1.0 : 1.0;
+      m += sign * votes[k].m;
+      below += sign * votes[k].below;
+      above += sign * votes[k].above;
+    }
+    if ((below < 0.0) == (above < 0.0) ||
+        !std::isfinite(strength(joint / 6, lattice.other_end(joint) / 6)))
+      continue;
+    starts.push_back(
+        make_start(lattice, joint, m.normalized(), below / (below - above), CrackStart::FRONT));
+  }
+}
+
+void CrackGrowth::ligament(const CrackLattice &lattice, const CrackRing &ring,
+                           std::vector<CrackStart> &starts) const
+{
+  Vec3 sum = Vec3::Zero();
+  std::vector<std::pair<Ids, int>> cut;
+  for (int k = 0; k < ring.size; ++k) {
+    const int joint = lattice.lower_end(ring.joint[k]);
+    if (lattice.cut(joint)) cut.emplace_back(ids(lattice, joint), joint);
+  }
+  std::sort(cut.begin(), cut.end());
+  const Hot *most = nullptr;
+  for (int k = 0; k < ring.size; ++k) {
+    const Hot *h = hot_joint(lattice, ring.joint[k]);
+    if (h && h->value >= 1.0 &&
+        (!most || h->value > most->value ||
+         (h->value == most->value && ids(lattice, h->joint) < ids(lattice, most->joint))))
+      most = h;
+  }
+  if (!most || most->joint / 6 >= lattice.owned) return;
+  for (const auto &[key, joint] : cut) {
+    if (cracks.count(joint) == 0) continue;    // broken by something else
+    const Vec3 m = normal(joint);
+    sum += m.dot(most->direction) < 0.0 ? Vec3(-m) : m;
+  }
+  if (sum.norm() < 1.0) return;    // they say nothing in common
+  const Vec3 m = sum.normalized();
+  if (m.dot(most->S * m) >= 1.0)
+    starts.push_back(make_start(lattice, most->joint, m, 0.5, CrackStart::LIGAMENT));
+}
+
+bool CrackGrowth::shielded(const CrackLattice &lattice, int joint) const
+{
+  if (cracks.empty()) return false;
+  CrackRing ring;
+  for (int t = 0; t < 6; ++t)
+    if (t / 2 != joint % 6 / 2 && crack_ring(lattice, joint / 6, joint % 6, t, ring) &&
+        ring.cut(lattice) > 0)
+      return true;
+  const Vec3 c = centre(lattice, joint);
+  const double d = lattice.vector(joint).norm();
+  return !all_around(lattice, joint, [&](int other) {
+    const auto crack = cracks.find(other);
+    if (crack == cracks.end()) return true;
+    const Vec3 away = c - crack_point(lattice, other), m = normal(other);
+    const double across = away.dot(m);
+    return std::abs(across) >= 1.5 * d || (away - across * m).norm() >= 1.01 * d;
+  });
+}
+
+bool CrackGrowth::could_nucleate(const CrackLattice &lattice, const Hot &h,
+                                 const CrackGrowthParameters &par, double *excess, Vec3 *m) const
+{
+  if (h.value < 1.0) return false;
+  const std::uint64_t hash = place_hash(lattice, h.joint);
+  *excess = h.value / (1.0 + par.scatter * uniform(hash, 0));
+  if (*excess < 1.0) return false;
+  *m = largest_principal(h.S, random_direction(hash)).direction;
+  return best_aligned(lattice, h.joint, *m);
+}
+
+void CrackGrowth::nuclei(const CrackLattice &lattice, const CrackGrowthParameters &par,
+                         std::vector<CrackStart> &starts) const
+{
+  for (const Hot &h : hot) {
+    double excess, other_excess;
+    Vec3 m, other_m;
+    if (h.joint / 6 >= lattice.owned || !could_nucleate(lattice, h, par, &excess, &m)) continue;
+    const bool shield = shielded(lattice, h.joint);
+    if (shield && excess < par.overstrength) continue;
+    const bool first = all_around(lattice, h.joint, [&](int joint) {
+      if (joint == h.joint) return true;
+      const Hot *other = hot_joint(lattice, joint);
+      if (!other || !could_nucleate(lattice, *other, par, &other_excess, &other_m)) return true;
+      if (other_excess > excess * (1.0 + 1e-9)) return false;
+      return other_excess < excess * (1.0 - 1e-9) || ids(lattice, h.joint) < ids(lattice, joint);
+    });
+    if (first)
+      starts.push_back(
+          make_start(lattice, h.joint, m, 0.5, shield ? CrackStart::BRANCH : CrackStart::NUCLEUS));
+  }
+}
+
+void CrackGrowth::enter(const CrackLattice &lattice, const CrackStrength &strength)
+{
+  for (const auto &[crack, tie] : waiting) {
+    const int d = tie / 6;
+    const CrackStress &s = stresses[place[d]];
+    const double limit = strength(d, d);
+    if (d >= lattice.owned || !(s.slot_volume[tie % 6] > 0.0) || !std::isfinite(limit)) continue;
+    const Vec3 m = normal(crack);
+    if (m.dot(crack_tensor(s.slot[tie % 6]) * m) >= limit * s.slot_volume[tie % 6])
+      entries.push_back(tie);
+  }
+  std::sort(entries.begin(), entries.end());
+  entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
+}
+
+void CrackGrowth::decide(const CrackLattice &lattice, const CrackStrength &strength,
+                         const CrackGrowthParameters &par, std::vector<CrackStart> &starts)
+{
+  starts.clear();
+  entries.clear();
+  if (active.empty()) return;
+  enter(lattice, strength);
+  find_hot(lattice, strength);
+  if (hot.empty()) return;
+  votes.clear();
+  for (const CrackRing &ring : fronts)
+    if (ring.cut(lattice) == 1) vote(lattice, ring, par.memory);
+  count_votes(lattice, strength, starts);
+  for (const CrackRing &ring : fronts)
+    if (ring.cut(lattice) > 1) ligament(lattice, ring, starts);
+  nuclei(lattice, par, starts);
+
+  // one start per joint, what a front says first
+  std::stable_sort(starts.begin(), starts.end(), [&](const CrackStart &a, const CrackStart &b) {
+    const Ids ia = ids(lattice, a.joint), ib = ids(lattice, b.joint);
+    return ia != ib ? ia < ib : a.origin < b.origin;
+  });
+  starts.erase(std::unique(starts.begin(), starts.end(),
+                           [](const CrackStart &a, const CrackStart &b) {
+                             return a.joint == b.joint;
+                           }),
+               starts.end());
+}
+
+}    // namespace defe

@@ -1,0 +1,49 @@
+#include "defe/coupling/crack_rings.h"
+
+#include "defe/coupling/conversion.h"
+
+namespace defe {
+
+namespace {
+
+  /// Slot of the DE behind slot `out` that looks the same way as slot `t` of this DE; < 0 if unknown.
+  /// Siblings share their element's axes. Across an element's face the sibling of this DE along the
+  /// axis of t is joined to that DE which is, over there, the sibling along the slot that is sought.
+  int same_way(const CrackLattice &lattice, int de, int out, int t)
+  {
+    if (!slot_is_outer(lattice.corner[de], out)) return t;
+    const int inner = slot_is_outer(lattice.corner[de], t) ? t ^ 1 : t;
+    const int sibling = lattice.partner[de][inner];
+    if (sibling < 0) return -1;
+    const int across = lattice.partner[sibling / 6][out];
+    if (across < 0) return -1;
+    const int other = lattice.partner[de][out] / 6;
+    for (int q = 0; q < 6; ++q)
+      if (!slot_is_outer(lattice.corner[other], q) && lattice.partner[other][q] >= 0 &&
+          lattice.partner[other][q] / 6 == across / 6)
+        return t == inner ? q : q ^ 1;
+    return -1;
+  }
+
+}    // namespace
+
+bool crack_ring(const CrackLattice &lattice, int de, int out, int back, CrackRing &ring)
+{
+  ring.size = 0;
+  int at = de, leave = out, came = back;
+  while (ring.size < CrackRing::most) {
+    const int there = lattice.partner[at][leave];
+    if (there < 0) return false;
+    ring.de[ring.size] = at;
+    ring.joint[ring.size++] = 6 * at + leave;
+    if (there / 6 == de) return there % 6 == back && ring.size > 2;
+    const int next = same_way(lattice, at, leave, came);
+    if (next < 0) return false;
+    at = there / 6;
+    came = there % 6;
+    leave = next;
+  }
+  return false;
+}
+
+}    // namespace defe

@@ -1,0 +1,323 @@
+#include "defe/coupling/crack_softening.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+namespace defe {
+
+namespace {
+
+  /// Least stiffness against turning, over the largest singular value (2 for a cube), below which joints
+  /// are as good as on one line.
+  constexpr double line_limit = 1e-3;
+
+  struct Projected {
+    double area, length;
+  };
+
+  Projected projected(const CrackGeometry &g, const Vec3 &m)
+  {
+    return {std::max(std::abs(g.a.dot(m)), 0.1 * g.a.norm()),
+            std::max(std::abs(g.d.dot(m)), 0.1 * g.d.norm())};
+  }
+
+  /// Law of a joint that the crack cuts at an angle, weight of the shear: the user's on an axis, and 1 where the joint lies in
+  /// the plane of the crack. There what slides along m is mostly a crack that opens, and must soften as such.
+  CohesiveParameters oblique(const CohesiveParameters &par, const CrackGeometry &g, const Vec3 &m)
+  {
+    const double c = g.d.dot(m), along = std::min(c * c / g.d.squaredNorm(), 1.0);
+    const double weight = par.reciprocal ? 1.0 / par.beta : par.beta;
+    return {par.sigma_t, par.G_f, weight * along + std::max(weight, 1.0) * (1.0 - along), false};
+  }
+
+  struct Frame {
+    DERotation end[2];
+    Mat3 R;
+    bool defined;
+  };
+
+  /// Mean rotation of the two DEs: polar factor of the sum of theirs.
+  Frame joint_frame(const CrackEnd &near, const CrackEnd &far, unsigned use_near, unsigned use_far)
+  {
+    Frame frame;
+    frame.end[0] = de_rotation(near, use_near);
+    frame.end[1] = de_rotation(far, use_far);
+    frame.defined = frame.end[0].defined || frame.end[1].defined;
+    if (frame.end[0].defined && frame.end[1].defined) {
+      const Eigen::Quaterniond a(frame.end[0].R), b(frame.end[1].R);
+      Eigen::Vector4d sum = a.coeffs() + (a.dot(b) < 0.0 ? -1.0 : 1.0) * b.coeffs();
+      frame.R = Eigen::Quaterniond(Eigen::Vector4d(sum.normalized())).toRotationMatrix();
+    } else if (frame.defined) {
+      frame.R = frame.end[frame.end[0].defined ? 0 : 1].R;
+    }
+    return frame;
+  }
+
+  Eigen::Quaterniond last_turn(const CrackJoint &joint)
+  {
+    return Eigen::Quaterniond(joint.turn[3], joint.turn[0], joint.turn[1], joint.turn[2]);
+  }
+
+  void keep_turn(CrackJoint &joint, const Eigen::Quaterniond &q)
+  {
+    for (int k = 0; k < 4; ++k) joint.turn[k] = q.coeffs()[k];
+  }
+
+  Eigen::Quaterniond turned_by_spin(const CrackJoint &joint, const Vec3 &spin)
+  {
+    const double angle = spin.norm();
+    if (angle == 0.0) return last_turn(joint);
+    return Eigen::Quaterniond(Eigen::AngleAxisd(angle, spin / angle)) * last_turn(joint);
+  }
+
+  void set_broken(CrackJoint &joint, const CrackGeometry &geometry, const CornerModuli &moduli,
+                  const CohesiveParameters &par)
+  {
+    const JointStiffness k =
+        joint_stiffness(moduli.lambda, moduli.mu, projected(geometry, Vec3(joint.m)).length);
+    joint.k_m = k.k_n;
+    joint.k_p = k.k_s;
+    joint.s0 = par.sigma_t;
+    joint.kappa = par.sigma_t / k.k_n + 2.0 * par.G_f / par.sigma_t;
+    joint.broken = 1;
+  }
+
+}    // namespace
+
+// --- rotation ---------------------------------------------------------------
+
+DERotation de_rotation(const CrackEnd &end, unsigned use)
+{
+  DERotation r;
+  Mat3 A = Mat3::Zero();
+  for (int s = 0; s < 6; ++s)
+    if (use >> s & 1u) A += end.y[s] * end.dX[s].transpose();
+  const double size = A.norm();
+  if (!(size > 0.0)) return r;
+  const Eigen::JacobiSVD<Mat3> svd(A / size, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Mat3 U = svd.matrixU();
+  Vec3 value = svd.singularValues();
+  if ((U * svd.matrixV().transpose()).determinant() < 0.0) {
+    U.col(2) *= -1.0;
+    value[2] *= -1.0;
+  }
+  // stiffness against turning about the axes: sums of two values; the least is 0 for joints on a line
+  const double least = value[1] + value[2];
+  if (least < line_limit * value[0]) return r;
+  r.defined = true;
+  r.R = U * svd.matrixV().transpose();
+  const Vec3 soft(1.0 / (value[1] + value[2]), 1.0 / (value[0] + value[2]),
+                  1.0 / (value[0] + value[1]));
+  r.response = U * soft.asDiagonal() * U.transpose() / size;
+  return r;
+}
+
+// d theta = response sum (R dX) x dy, so moment . d theta = sum dy . ((response moment) x (R dX))
+void add_moment(const DERotation &r, const CrackEnd &end, unsigned use, const Vec3 &moment,
+                Vec3 force[6])
+{
+  const Vec3 turn = r.response * moment;
+  for (int s = 0; s < 6; ++s)
+    if (use >> s & 1u) force[s] += turn.cross(r.R * end.dX[s]);
+}
+
+// --- switch -----------------------------------------------------------------
+
+double crack_release(const GeneralCell &cell, const Vec3 y[6], unsigned present, unsigned leaving,
+                     const CornerModuli &moduli, double share[6])
+{
+  Vec3 half_force[6];
+  leaving &= present;
+  const double before = corner_strain_general(cell, y, present, moduli, half_force);
+  const auto drop = [&](unsigned out) {
+    return std::max(before - corner_strain_general(cell, y, present & ~out, moduli, half_force),
+                    0.0);
+  };
+  const double all = drop(leaving);
+  double sum = 0.0;
+  for (int s = 0; s < 6; ++s) {
+    share[s] = leaving >> s & 1u ? drop(1u << s) : 0.0;
+    sum += share[s];
+  }
+  for (int s = 0; s < 6; ++s) share[s] *= sum > 0.0 ? all / sum : 0.0;
+  return all;
+}
+
+bool crack_start(CrackJoint &joint, const Vec3 &m, double f, const CrackGeometry &geometry,
+                 const Vec3 &force, const CrackEnd &near, const CrackEnd &far, const Vec3 &y)
+{
+  joint = CrackJoint{};
+  joint.f = f;
+  joint.used[0] = static_cast<unsigned char>(near.present);
+  joint.used[1] = static_cast<unsigned char>(far.present);
+  joint.turn[3] = 1.0;
+  const Frame frame = joint_frame(near, far, near.present, far.present);
+  if (frame.defined) keep_turn(joint, Eigen::Quaterniond(frame.R));
+  const Mat3 R = last_turn(joint).toRotationMatrix();
+  const Vec3 t = R.transpose() * force / projected(geometry, m).area, place = R.transpose() * y;
+  for (int k = 0; k < 3; ++k) {
+    joint.m[k] = m[k];
+    joint.e[k] = t[k];
+    joint.offset[k] = -place[k];
+  }
+  return t.dot(m) > 1e-9 * t.norm();
+}
+
+void crack_take_over(CrackJoint &joint, const CrackGeometry &geometry, double budget,
+                     const CornerModuli &moduli, const CohesiveParameters &par)
+{
+  constexpr double stiffest = 2.0;
+
+  const Vec3 m(joint.m), t(joint.e);
+  const Projected p = projected(geometry, m);
+  const JointStiffness base = joint_stiffness(moduli.lambda, moduli.mu, p.length);
+  double t_m = t.dot(m), k_m = base.k_n, k_p = base.k_s;
+  Vec3 t_p = t - t_m * m;
+  const double along = p.area * t_m * t_m / (2.0 * k_m);
+  const double left = budget - along, pull2 = t_p.squaredNorm();
+  // with next to nothing along the plane it is the joint of cohesive.h
+  if (pull2 > 1e-12 * t_m * t_m)
+    k_p = left > 1e-12 * budget ? std::clamp(p.area * pull2 / (2.0 * left), base.k_s, k_m) : k_m;
+
+  const double needed = along + p.area * pull2 / (2.0 * k_p);
+  if (!(budget > 1e-6 * needed)) {    // the corners held next to nothing: nothing to soften
+    set_broken(joint, geometry, moduli, par);
+    for (double &e : joint.e) e = 0.0;
+    return;
+  }
+  if (needed > budget) {
+    const double over = needed / budget, stiffer = std::min(over, stiffest);
+    k_m *= stiffer;
+    k_p *= stiffer;
+    t_m *= std::sqrt(stiffer / over);
+    t_p *= std::sqrt(stiffer / over);
+  }
+  joint.k_m = k_m;
+  joint.k_p = k_p;
+  joint.s0 = equivalent_traction(t_m, t_p.norm(), oblique(par, geometry, m));
+  joint.kappa = joint.s0 / k_m;
+  const Vec3 e = (t_m / k_m) * m + t_p / k_p;
+  for (int k = 0; k < 3; ++k) {
+    joint.e[k] = e[k];
+    joint.offset[k] += e[k];
+  }
+  joint.stored = joint.taken = 0.5 * p.area * (t_m * t_m / k_m + t_p.squaredNorm() / k_p);
+}
+
+CrackJoint crack_broken(const Vec3 &m, double f, const CrackGeometry &geometry,
+                        const CornerModuli &moduli, const CohesiveParameters &par)
+{
+  CrackJoint joint{};
+  for (int k = 0; k < 3; ++k) {
+    joint.m[k] = m[k];
+    joint.offset[k] = -geometry.d[k];
+  }
+  joint.f = f;
+  joint.turn[3] = 1.0;
+  set_broken(joint, geometry, moduli, par);
+  return joint;
+}
+
+// --- evaluation -------------------------------------------------------------
+
+namespace {
+
+  /// R of this evaluation; where joints came or went since the last one e is taken with the old ones.
+  Mat3 present_frame(CrackJoint &joint, const CrackEnd &near, const CrackEnd &far, const Vec3 &y,
+                     const Vec3 &spin, Frame &frame)
+  {
+    const unsigned used[2] = {joint.used[0], joint.used[1]};
+    frame = joint_frame(near, far, near.present, far.present);
+    const Eigen::Quaterniond spun = turned_by_spin(joint, spin);
+    const Eigen::Quaterniond turn = frame.defined ? Eigen::Quaterniond(frame.R) : spun;
+    const Mat3 R = turn.toRotationMatrix();
+    if (used[0] != near.present || used[1] != far.present) {
+      const Frame before = joint_frame(near, far, used[0], used[1]);
+      const Mat3 old = before.defined ? before.R : spun.toRotationMatrix();
+      const Vec3 jump = old.transpose() * y - R.transpose() * y;
+      for (int k = 0; k < 3; ++k) joint.offset[k] += jump[k];
+      joint.used[0] = static_cast<unsigned char>(near.present);
+      joint.used[1] = static_cast<unsigned char>(far.present);
+    }
+    keep_turn(joint, turn);
+    return R;
+  }
+
+  /// The moment of the pair, as forces on the neighbours that its frame is taken from.
+  void share_moment(CrackForces &out, const Frame &frame, const CrackEnd &near, const CrackEnd &far,
+                    const CrackJoint &joint, const Vec3 &y)
+  {
+    const Vec3 moment = y.cross(out.force);
+    if (!frame.defined) {
+      out.torque = 0.5 * moment;
+      return;
+    }
+    const bool both = frame.end[0].defined && frame.end[1].defined;
+    const CrackEnd *const ends[2] = {&near, &far};
+    for (int k = 0; k < 2; ++k) {
+      if (!frame.end[k].defined) continue;
+      add_moment(frame.end[k], *ends[k], joint.used[k], (both ? 0.5 : 1.0) * moment, out.arm[k]);
+      for (const Vec3 &f : out.arm[k]) out.at[k] -= f;
+    }
+  }
+
+}    // namespace
+
+CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const CrackEnd &near,
+                         const CrackEnd &far, const Vec3 &y, const Vec3 &spin,
+                         const CornerModuli &moduli, const CohesiveParameters &par)
+{
+  CrackForces out;
+  out.force = out.torque = out.at[0] = out.at[1] = Vec3::Zero();
+  for (auto &arms : out.arm)
+    for (Vec3 &f : arms) f = Vec3::Zero();
+  out.dissipated = out.fracture = out.excess = 0.0;
+  out.newly_broken = false;
+
+  Frame frame;
+  const Mat3 R = present_frame(joint, near, far, y, spin, frame);
+  const Vec3 m(joint.m), before(joint.e);
+  const Vec3 e = Vec3(joint.offset) + R.transpose() * y;
+  for (int k = 0; k < 3; ++k) joint.e[k] = e[k];
+  const Projected p = projected(geometry, m);
+  const double k_c = joint_stiffness(moduli.lambda, moduli.mu, p.length).k_c;
+
+  double t_m = 0.0;
+  Vec3 t_p = Vec3::Zero();
+  if (joint.broken) {
+    const double closing = std::min(e.dot(m), 0.0);
+    t_m = k_c * closing;
+    joint.stored = 0.5 * p.area * k_c * closing * closing;
+    out.damage = 1.0;
+  } else {
+    const double e_m = before.dot(m), de_m = e.dot(m) - e_m;
+    CohesiveState state{e_m, before - e_m * m, joint.s0, joint.kappa};
+    const Vec3 de_p = (e - before) - de_m * m;
+    const CohesiveResult r =
+        cohesive_update(state, de_m, de_p, {joint.k_m, k_c, joint.k_p}, oblique(par, geometry, m));
+    const double delta_c = 2.0 * par.G_f / joint.s0;
+    const double more_damage = (state.kappa - joint.kappa) / delta_c;
+    joint.kappa = state.kappa;
+    out.dissipated = p.area * r.dissipated;
+    out.fracture = out.dissipated - more_damage * joint.taken;
+    out.excess = p.area * r.excess;
+    out.damage = r.damage;
+    out.newly_broken = r.broken;
+    joint.broken = r.broken;
+    joint.stored = p.area * r.stored;
+    t_m = r.t_n;
+    t_p = r.t_s;
+  }
+  out.apart = joint.broken && e.norm() > 0.2 * geometry.d.norm();
+  if (out.apart) {
+    out.excess += joint.stored;    // of a closed plane that slid away: nobody takes it over
+    joint.stored = 0.0;
+    return out;
+  }
+  out.force = p.area * (R * (t_m * m + t_p));
+  if (out.force.squaredNorm() > 0.0) share_moment(out, frame, near, far, joint, y);
+  return out;
+}
+
+}    // namespace defe
