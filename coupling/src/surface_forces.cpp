@@ -415,7 +415,7 @@ namespace {
         const double last = history.offset;
         history.offset = offset;
         history.eased = a.moving ? 0.0 : 1.0;
-        if (a.moving) returned = raised(cp, history, last);
+        if (a.moving && !a.changed) returned = raised(cp, history, last);
         if (history.offset > result.offset_max) {
           result.offset_max = history.offset;
           result.offset_atom = cp.atom;
@@ -427,7 +427,7 @@ namespace {
       history.depth = depth;
       const double before = history.offset;
       history.offset = std::min(history.offset, deepest);
-      if (!(history.eased > 0.0)) return;
+      if (energy_of || !(history.eased > 0.0)) return;
       if (a.moving) history.offset *= 1.0 - a.ease;
       // what easing puts in: the force on the offset, the mean of both steps, as the kicks of velocity
       // Verlet do with the forces on the atoms
@@ -448,12 +448,8 @@ namespace {
         find_active_of_node(cp, p);
 
       ContactHistory *history = memory.find(cp.atom, cp.part);
-      if (energy_of) {
-        (*energy_of)[index] = energy_at(history ? history->offset : 0.0);
-        return;
-      }
       if (active.empty()) {
-        if (history) {
+        if (history && !energy_of) {
           result.friction += history->stored;    // the spring is let go
           memory.drop(cp.atom, cp.part);
         }
@@ -469,6 +465,10 @@ namespace {
         *history = ContactHistory{};
       }
       update_history(cp, *history, depth, share);
+      if (energy_of) {
+        (*energy_of)[index] = history->energy = energy_at(history->offset);
+        return;
+      }
 
       Vec3 on_point = Vec3::Zero(), normal = Vec3::Zero();
       double pushes = 0.0, stiffness = 0.0, energy = 0.0;

@@ -374,6 +374,7 @@ class FixDefe : public Fix {
   bool is_ball(int i) const;    // a sphere that is no DE, owned or ghost
   defe::SurfaceArrays surface_arrays() const;
   double contact_energy_now(std::vector<double> &);
+  void book_contacts(const defe::SurfaceResult &);
   bool contact_to_book = false;    // a conversion waits for the contact energy of its DEs
   std::vector<int> fresh;          // owned DEs that were just born
   bigint through_count = 0;        // points that were let through, by this rank

@@ -349,23 +349,18 @@ void FixDefe::contact_forces()
   if (!planes_fresh) update_planes();
   planes_fresh = false;
   DefeContactMemory memory(this);
-  const auto arrays = surface_arrays();
+  auto arrays = surface_arrays();
+  arrays.changed = contact_to_book;
   const auto r = defe::surface_forces(surface, arrays, memory);
   contact_energy = r.energy + r.springs;
   if (r.beyond >= 0) beyond_grid = r.beyond;
   ledger.friction += r.friction;
   ledger.external += r.eased;
   for (int k = 0; k < 6; k++) virial_fe[k] += r.virial[k];
-  // what a broken tie held is still here
-  for (const auto &one : r.inherited)
-    if (!touches(one.atom)->fresh) ledger.release -= one.energy;
+  book_contacts(r);
   if (contact_to_book) {
     ledger.conv_strain -= r.energy - r.eased;
     contact_to_book = false;
-  }
-  for (const auto &t : r.let_through) {
-    ledger.through += t.energy;
-    if (t.counts) note_let_through(t.atom, t.depth);
   }
   if (!arrays.moving && r.offset_count > 0) {
     overlaps += r.offset_count;
@@ -387,6 +382,21 @@ void FixDefe::contact_forces()
 }
 
 /* ----------------------------------------------------------------------
+   energies that an evaluation of contacts has found to be gone or to come from elsewhere
+------------------------------------------------------------------------- */
+
+void FixDefe::book_contacts(const defe::SurfaceResult &r)
+{
+  // what a broken tie held is still here
+  for (const auto &one : r.inherited)
+    if (!touches(one.atom)->fresh) ledger.release -= one.energy;
+  for (const auto &t : r.let_through) {
+    ledger.through += t.energy;
+    if (t.counts) note_let_through(t.atom, t.depth);
+  }
+}
+
+/* ----------------------------------------------------------------------
    energy of contact at the positions now, with the tables of before a conversion
 ------------------------------------------------------------------------- */
 
@@ -395,7 +405,7 @@ double FixDefe::contact_energy_now(std::vector<double> &energy)
   update_planes();
   planes_fresh = false;
   DefeContactMemory memory(this);
-  defe::surface_forces(surface, surface_arrays(), memory, &energy);
+  book_contacts(defe::surface_forces(surface, surface_arrays(), memory, &energy));
   double sum = 0.0;
   for (double e : energy) sum += e;
   return sum;

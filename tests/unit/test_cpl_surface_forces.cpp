@@ -158,7 +158,9 @@ struct World {
   {
     update_planes();
     std::vector<double> each;
+    const auto kept = memory.all;
     surface_forces(tables, arrays(), memory, &each);
+    memory.all = kept;
     double sum = 0.0;
     for (double e : each) sum += e;
     return sum;
