@@ -73,7 +73,8 @@ inline pid_t start(const std::vector<std::string> &command, const std::string &l
   dup2(in, 0);
   dup2(out, 1);
   dup2(out, 2);
-  if (memory) {
+  // (the address sanitizer reserves terabytes of addresses, which it does not use)
+  if (memory && !std::getenv("DEFE_SANITIZER_RUNTIME")) {
     const struct rlimit limit = {static_cast<rlim_t>(memory), static_cast<rlim_t>(memory)};
     setrlimit(RLIMIT_AS, &limit);
   }
