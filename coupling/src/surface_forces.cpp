@@ -243,11 +243,13 @@ namespace {
         const double h = off.dot(g.normal);
         if (h >= 0.0) continue;
         const ContactFacet &facet = t.facets[t.candidates[k]];
+        // on its far side; beside a rim a node can be far below the plane, and its patch still press
+        const bool deep = h < -1.5 * facet.depth_max;
+        if (deep && !(facet.rim[0] || facet.rim[1] || facet.rim[2] || facet.rim[3])) continue;
         const LocalPoint at = {off.dot(g.to_xi), off.dot(g.to_eta), h};
         const double beside[2] = {(std::abs(at.xi) - 1.0) * facet.half_xi,
                                   (std::abs(at.eta) - 1.0) * facet.half_eta};
-        // on its far side; beside a rim a node can be far below the plane, and its patch still press
-        if (h < -1.5 * facet.depth_max && beside[0] <= 0.0 && beside[1] <= 0.0) continue;
+        if (deep && beside[0] <= 0.0 && beside[1] <= 0.0) continue;
         if (beside[0] > 1.1 * cp.half || beside[1] > 1.1 * cp.half) continue;
         if (!gathered) gather_own_patches(cp);
         gathered = true;
