@@ -5,6 +5,7 @@
 // timeout: 240
 
 #include "cracking_beam.h"
+#include "failure.h"
 #include "mesh_file.h"
 
 #include <gmock/gmock.h>
@@ -22,18 +23,6 @@ constexpr double h = 2e-3;
 
 /// 1e-9 of an element edge
 constexpr double same_place = 1e-9 * h;
-
-/// The first line of the message that ends the commands; empty if nothing does.
-std::string failure(Lammps &lmp, const std::string &commands)
-{
-  try {
-    lmp.commands(commands);
-  } catch (LAMMPS_NS::LAMMPSException &e) {
-    const std::string text = e.what();
-    return text.substr(0, text.find('\n'));
-  }
-  return "";
-}
 
 /// The cracking beam, ready for its first step; with damping and friction, or without.
 void make_beam(Lammps &lmp, const std::string &events = "", const std::string &more = "",

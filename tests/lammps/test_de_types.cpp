@@ -3,9 +3,8 @@
 // timeout: 120
 
 #include "events.h"
+#include "failure.h"
 #include "glass_block.h"
-
-#include "exceptions.h"
 
 #include <gmock/gmock.h>
 
@@ -62,18 +61,6 @@ Collision collide(bool one_type, MPI_Comm comm)
   lmp.commands(two_materials(one_type));
   lmp.run(640);
   return {lmp.particles(), lmp.fe(DAMPING), lmp.fe(FRICTION)};
-}
-
-/// The message that ends the script; empty if nothing does.
-std::string failure(Lammps &lmp, const std::string &script)
-{
-  try {
-    lmp.commands(script);
-  } catch (LAMMPS_NS::LAMMPSException &e) {
-    const std::string text = e.what();
-    return text.substr(0, text.find('\n'));
-  }
-  return "";
 }
 
 }    // namespace

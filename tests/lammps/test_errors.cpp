@@ -7,6 +7,7 @@
 // ranks: 1 2 4
 // timeout: 240
 
+#include "failure.h"
 #include "glass_block.h"
 #include "mesh_file.h"
 
@@ -22,19 +23,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 namespace {
-
-/// The message that ends the script; empty if nothing does.
-std::string failure(const std::string &script, MPI_Comm comm = MPI_COMM_WORLD)
-{
-  try {
-    Lammps lmp(comm);
-    lmp.commands(script);
-  } catch (LAMMPS_NS::LAMMPSException &e) {
-    std::string text = e.what();
-    return text.substr(0, text.find('\n'));
-  }
-  return "";
-}
 
 std::string replaced(std::string text, const std::string &what, const std::string &by)
 {

@@ -5,6 +5,7 @@
 // timeout: 240
 
 #include "cracking_beam.h"
+#include "failure.h"
 #include "programs.h"
 
 #include <gmock/gmock.h>
@@ -26,17 +27,6 @@ Block undamped_beam()
   Block block = cracking_beam();
   block.coeff = "connective material cohesive 6e7 10.0 0.1 contact 1.0 0.0";
   return block;
-}
-
-std::string failure(const std::function<void()> &something)
-{
-  try {
-    something();
-  } catch (LAMMPS_NS::LAMMPSException &e) {
-    const std::string text = e.what();
-    return text.substr(0, text.find('\n'));
-  }
-  return "";
 }
 
 /// How read_restart ends on this file; "" if it is good. `step` is that of the file, and the state

@@ -5,6 +5,7 @@
 // timeout: 240
 
 #include "cracking_beam.h"
+#include "failure.h"
 
 #include <gmock/gmock.h>
 
@@ -19,18 +20,6 @@ using testing::HasSubstr;
 namespace {
 
 constexpr double h = 2e-3;
-
-/// The first line of the message that ends the commands; empty if nothing does.
-std::string failure(Lammps &lmp, const std::string &commands)
-{
-  try {
-    lmp.commands(commands);
-  } catch (LAMMPS_NS::LAMMPSException &e) {
-    const std::string text = e.what();
-    return text.substr(0, text.find('\n'));
-  }
-  return "";
-}
 
 /// The beam that cracks, under a space for grains of type 3.
 Block beam(const std::string &events = "", MPI_Comm comm = MPI_COMM_WORLD)

@@ -4,6 +4,7 @@
 // ranks: 1 2 4
 // timeout: 240
 
+#include "failure.h"
 #include "glass_block.h"
 
 #include <gmock/gmock.h>
@@ -66,18 +67,6 @@ struct Drop {
     });
   }
 };
-
-/// The first line of the message that ends the commands; empty if nothing does.
-std::string failure(Lammps &lmp, const std::string &commands)
-{
-  try {
-    lmp.commands(commands);
-  } catch (LAMMPS_NS::LAMMPSException &e) {
-    const std::string text = e.what();
-    return text.substr(0, text.find('\n'));
-  }
-  return "";
-}
 
 Particles dropped(MPI_Comm comm, const Drop &drop, int steps)
 {

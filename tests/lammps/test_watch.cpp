@@ -4,9 +4,8 @@
 // timeout: 240
 
 #include "contact_scene.h"
+#include "failure.h"
 #include "joints.h"
-
-#include "exceptions.h"
 
 #include <gmock/gmock.h>
 
@@ -18,24 +17,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 namespace {
-
-/// The first line of the message that ends the commands; empty if nothing does.
-std::string failure(Lammps &lmp, const std::string &commands)
-{
-  try {
-    lmp.commands(commands);
-  } catch (LAMMPS_NS::LAMMPSException &e) {
-    const std::string text = e.what();
-    return text.substr(0, text.find('\n'));
-  }
-  return "";
-}
-
-std::string failure(const std::string &commands)
-{
-  Lammps lmp;
-  return failure(lmp, commands);
-}
 
 /// A box and fix defe for the meshes below.
 std::string body(const std::string &convert, const std::string &options = "")
