@@ -74,16 +74,13 @@ namespace {
   /// exact: all that is added to forces and torques is on the grids of the arrays.
   template <bool exact> class Loop {
    public:
-    Loop(const SurfaceTables &tables, const SurfaceArrays &arrays, ContactMemory &history,
-         std::vector<double> *energies) :
-        t(tables),
-        a(arrays), memory(history), energy_of(energies), add(arrays)
+    Loop(const SurfaceTables &tables, const SurfaceArrays &arrays, ContactMemory &history) :
+        t(tables), a(arrays), memory(history), add(arrays)
     {
     }
 
     SurfaceResult run()
     {
-      if (energy_of) energy_of->assign(t.points.size() + t.balls.size(), 0.0);
       for (size_t k = 0; k < t.points.size(); ++k) point(static_cast<int>(k));
       for (size_t k = 0; k < t.balls.size(); ++k) ball(static_cast<int>(k));
       result.beyond = add.beyond;
@@ -94,7 +91,6 @@ namespace {
     const SurfaceTables &t;
     const SurfaceArrays &a;
     ContactMemory &memory;
-    std::vector<double> *energy_of;
     AddedForces<exact> add;
     SurfaceResult result;
     ActiveList active;
@@ -155,16 +151,15 @@ namespace {
     /// kicks take it.
     void cross_limit(const ContactPoint &cp, const Active &one, double sign)
     {
-      if (!a.moving || energy_of) return;
+      if (!a.moving || a.energy_only) return;
       const SurfaceContact before = contact_before(cp, one);
       if (!(before.share > 0.0) || (before.raw_depth > one.pair.depth_max) == (sign > 0.0)) return;
       const ContactHistory *history = memory.find(cp.atom, cp.part);
       const double offset = history ? history->offset : 0.0;
-      const SurfaceContact *both[2] = {&before, &one.contact};
-      double energy = 0.0;
-      for (const SurfaceContact *c : both)
-        energy += 0.5 * one.pair.stiffness * c->share *
-            penalty_potential(c->depth - offset, one.pair.depth_max).energy;
+      Penalty both{0.0, 0.0};
+      add_penalty(one, before, offset, both);
+      add_penalty(one, one.contact, offset, both);
+      const double energy = 0.5 * both.energy;
       if (sign > 0.0) {
         lost += energy;
         result.let_through.push_back({cp.atom, one.facet, one.contact.raw_depth, energy});
@@ -429,7 +424,7 @@ namespace {
       history.depth = depth;
       const double before = history.offset;
       history.offset = std::min(history.offset, deepest);
-      if (energy_of || !(history.eased > 0.0)) return;
+      if (a.energy_only || !(history.eased > 0.0)) return;
       if (a.moving) history.offset *= 1.0 - a.ease;
       // what easing puts in: the force on the offset, the mean of both steps, as the kicks of velocity
       // Verlet do with the forces on the atoms
@@ -451,7 +446,7 @@ namespace {
 
       ContactHistory *history = memory.find(cp.atom, cp.part);
       if (active.empty()) {
-        if (history && !energy_of) {
+        if (history && !a.energy_only) {
           result.friction += history->stored;    // the spring is let go
           memory.drop(cp.atom, cp.part);
         }
@@ -467,8 +462,8 @@ namespace {
         *history = ContactHistory{};
       }
       update_history(cp, *history, depth, share);
-      if (energy_of) {
-        (*energy_of)[index] = history->energy = energy_at(history->offset);
+      if (a.energy_only) {
+        result.energy += history->energy = energy_at(history->offset);
         return;
       }
 
@@ -585,11 +580,8 @@ namespace {
       Vec3 force = Vec3::Zero();
       FacetLoad load;
       const BallForce r = ball_on_facet(c, R, g, over * facet.k_area, facet.area, force, load);
-      if (energy_of) {
-        (*energy_of)[t.points.size() + index] = r.energy;
-        return;
-      }
-      if (r.energy == 0.0) return;
+      if (a.energy_only) result.energy += r.energy;
+      if (a.energy_only || r.energy == 0.0) return;
       if (!facet.outer) {
         const Vec3 aside = -r.energy / over * by_foot;
         force += aside;
@@ -645,7 +637,7 @@ namespace {
     /// Its centre has gone through the plane of the facet in this step: the contact is no more.
     void ball_goes_in(const ContactBall &pair, const LocalPoint &at)
     {
-      if (energy_of) return;
+      if (a.energy_only) return;
       const bool over = std::abs(at.xi) <= 1.0 && std::abs(at.eta) <= 1.0;
       if (!a.moving) {
         if (over) ball_is_in(pair, at, 0.0);
@@ -682,10 +674,10 @@ namespace {
 }    // namespace
 
 SurfaceResult surface_forces(const SurfaceTables &tables, const SurfaceArrays &arrays,
-                             ContactMemory &memory, std::vector<double> *energy_of)
+                             ContactMemory &memory)
 {
-  if (arrays.force_grid.on()) return Loop<true>(tables, arrays, memory, energy_of).run();
-  return Loop<false>(tables, arrays, memory, energy_of).run();
+  if (arrays.force_grid.on()) return Loop<true>(tables, arrays, memory).run();
+  return Loop<false>(tables, arrays, memory).run();
 }
 
 }    // namespace defe

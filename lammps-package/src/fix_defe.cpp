@@ -6,6 +6,8 @@
 
 #include "fix_defe.h"
 
+#include "style_names.h"
+
 #include "atom.h"
 #include "atom_vec.h"
 #include "comm.h"
@@ -1155,9 +1157,7 @@ int FixDefe::groups_forced() const
                                         "^viscous",  "^wall/",    "^lineforce",   "^planeforce",
                                         "^drag",     "^efield",   "^spring/self", "^rigid",
                                         "^langevin", "^damping/"};
-    const bool known = std::any_of(std::begin(keeps), std::end(keeps), [ifix](const char *style) {
-      return utils::strmatch(ifix->style, style);
-    });
+    const bool known = one_of(keeps, ifix->style);
     bits |= known && !group->dynamic[ifix->igroup] ? ifix->groupbit : 1;    // bit 1 is group all
   }
   return bits;

@@ -373,7 +373,7 @@ class FixDefe : public Fix {
   void update_planes();
   bool is_ball(int i) const;    // a sphere that is no DE, owned or ghost
   defe::SurfaceArrays surface_arrays() const;
-  double contact_energy_now(std::vector<double> &);
+  double contact_energy_now();
   void book_contacts(const defe::SurfaceResult &);
   bool contact_to_book = false;    // a conversion waits for the contact energy of its DEs
   std::vector<int> fresh;          // owned DEs that were just born
@@ -552,6 +552,9 @@ class FixDefe : public Fix {
   void check_spins();
   void check_rigid_bodies();
   void check_rigid_parts();
+  struct MovedNode;
+  MovedNode first_moved(const std::vector<char> &of_parts, const std::vector<Fix *> &movers,
+                        int held) const;
   void check_time_step(bool changed);
   bool warned_of_step = false;
   void check_name(const char *what, const std::string &name) const;

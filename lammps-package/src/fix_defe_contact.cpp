@@ -37,12 +37,6 @@ static constexpr double BALL_SHARE = 0.01;
 // overlaps from before the first step are eased out within this many stable steps of the elements
 static constexpr double EASE_STEPS = 2000.0;
 
-static double dist_sq(const double *a, const double *b)
-{
-  const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-  return x * x + y * y + z * z;
-}
-
 namespace LAMMPS_NS {
 
 /** Lets the search see the mesh and the DEs of this rank and what comes from the ranks around; once per
@@ -204,8 +198,8 @@ void DefeSurfaceSearch::gather_ghost_elements()
         if (!complete) continue;
         // beside a ghost anchor the right image of a node may be missing: then this is another one
         idx[a] = domain->closest_image(anchor, j);
-        complete =
-            dist_sq(xframe[idx[a]], xframe[anchor]) < 1.01 * fix.max_diagonal * fix.max_diagonal;
+        complete = (Vec3(xframe[idx[a]]) - Vec3(xframe[anchor])).squaredNorm() <
+            1.01 * fix.max_diagonal * fix.max_diagonal;
       }
       // otherwise it is farther away than anything of mine can touch
       if (!complete) continue;
@@ -400,15 +394,16 @@ void FixDefe::book_contacts(const defe::SurfaceResult &r)
    energy of contact at the positions now, with the tables of before a conversion
 ------------------------------------------------------------------------- */
 
-double FixDefe::contact_energy_now(std::vector<double> &energy)
+double FixDefe::contact_energy_now()
 {
   update_planes();
   planes_fresh = false;
   DefeContactMemory memory(this);
-  book_contacts(defe::surface_forces(surface, surface_arrays(), memory, &energy));
-  double sum = 0.0;
-  for (double e : energy) sum += e;
-  return sum;
+  auto arrays = surface_arrays();
+  arrays.energy_only = true;
+  const auto r = defe::surface_forces(surface, arrays, memory);
+  book_contacts(r);
+  return r.energy;
 }
 
 /* ----------------------------------------------------------------------

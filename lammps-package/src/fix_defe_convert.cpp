@@ -175,8 +175,7 @@ void FixDefe::convert_marked()
   double **x = atom->x;
   double **v = atom->v;
   if (contact_factor > 0.0) {
-    std::vector<double> energy;
-    ledger.conv_strain += contact_energy_now(energy);
+    ledger.conv_strain += contact_energy_now();
     contact_to_book = true;
   }
 

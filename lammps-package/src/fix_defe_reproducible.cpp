@@ -10,6 +10,8 @@
 
 #include "fix_defe.h"
 
+#include "style_names.h"
+
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
@@ -50,9 +52,7 @@ void FixDefe::note_unreproducible()
     static const char *const sums[] = {"^rigid",    "^poems",   "^nvt",          "^npt",
                                        "^nph",      "^temp/",   "^press/",       "^momentum",
                                        "^recenter", "^spring$", "^spring/couple"};
-    if (std::any_of(std::begin(sums), std::end(sums), [ifix](const char *style) {
-          return utils::strmatch(ifix->style, style);
-        }))
+    if (one_of(sums, ifix->style))
       others += fmt::format("{}fix {} {}", others.empty() ? "" : ", ", ifix->id, ifix->style);
   }
   // it takes all positions to reduced coordinates and back

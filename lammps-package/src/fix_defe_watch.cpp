@@ -10,6 +10,7 @@
 #include "fix_defe.h"
 
 #include "rendezvous.h"
+#include "style_names.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -25,7 +26,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 using namespace LAMMPS_NS;
@@ -52,46 +53,6 @@ std::string plain_style(const Fix *ifix)
       style.resize(style.size() - s.size());
   }
   return style;
-}
-
-template <size_t N> bool one_of(const char *const (&styles)[N], const std::string &style)
-{
-  return std::any_of(std::begin(styles), std::end(styles), [&style](const char *s) {
-    return utils::strmatch(style, s);
-  });
-}
-
-/// A node that is of an element of this part, and that this fix moves.
-struct Meeting {
-  tagint node = MAXTAGINT;
-  int part = -1, mover = -1;
-};
-using NodeList = std::vector<std::pair<tagint, int>>;
-
-/// The lowest node that is in both lists, of all ranks; collective. Elements know their nodes, and the
-/// ranks that own these know who moves them: both meet where the ID is dealt to.
-Meeting first_in_both(LAMMPS *lmp, MPI_Comm world, const NodeList &of_elements,
-                      const NodeList &moved)
-{
-  Letters<Meeting> letters(lmp);
-  for (const auto &n : of_elements) letters.to_id(n.first, {n.first, n.second, -1});
-  for (const auto &n : moved) letters.to_id(n.first, {n.first, -1, n.second});
-  auto came = letters.send();
-  std::sort(came.begin(), came.end(), [](const Meeting &a, const Meeting &b) {
-    return a.node != b.node ? a.node < b.node : a.part < b.part;    // movers first
-  });
-  Meeting mine, first;
-  for (size_t k = 1; k < came.size() && mine.part < 0; k++)
-    if (came[k].node == came[k - 1].node && came[k].part >= 0 && came[k - 1].mover >= 0)
-      mine = {came[k].node, came[k].part, came[k - 1].mover};
-  MPI_Allreduce(&mine.node, &first.node, 1, MPI_LMP_TAGINT, MPI_MIN, world);
-  if (mine.node != first.node) mine.part = mine.mover = -1;
-  const int words[2] = {mine.part, mine.mover};
-  int all[2];
-  MPI_Allreduce(words, all, 2, MPI_INT, MPI_MAX, world);
-  first.part = all[0];
-  first.mover = all[1];
-  return first;
 }
 
 }    // namespace
@@ -171,6 +132,49 @@ void FixDefe::check_spins()
 }
 
 /* ----------------------------------------------------------------------
+   the lowest node, of all ranks, of an element of the chosen parts that one of these fixes moves, unless it
+   is in a held group; collective. Elements know their nodes, and the ranks that own these know who moves
+   them: both meet where the ID is dealt to.
+------------------------------------------------------------------------- */
+
+struct FixDefe::MovedNode {
+  tagint node = MAXTAGINT;
+  int part = -1, mover = -1;    // -1: there is none
+};
+
+FixDefe::MovedNode FixDefe::first_moved(const std::vector<char> &of_parts,
+                                        const std::vector<Fix *> &movers, int held) const
+{
+  MovedNode mine, first;
+  if (movers.empty() || std::count(of_parts.begin(), of_parts.end(), 1) == 0) return first;
+  Letters<MovedNode> letters(lmp);
+  for (int i = 0; i < atom->nlocal; i++) {
+    for (const auto &h : hexes[i])
+      if (of_parts[h.part])
+        for (tagint t : h.node) letters.to_id(t, {t, h.part, -1});
+    if (de[i] || nelem[i] == 0 || (atom->mask[i] & held)) continue;
+    for (size_t k = 0; k < movers.size(); k++)
+      if (atom->mask[i] & movers[k]->groupbit)
+        letters.to_id(atom->tag[i], {atom->tag[i], -1, static_cast<int>(k)});
+  }
+  auto came = letters.send();
+  std::sort(came.begin(), came.end(), [](const MovedNode &a, const MovedNode &b) {
+    return std::tie(a.node, a.part, a.mover) < std::tie(b.node, b.part, b.mover);    // movers first
+  });
+  for (size_t k = 1; k < came.size() && mine.part < 0; k++)
+    if (came[k].node == came[k - 1].node && came[k].part >= 0 && came[k - 1].mover >= 0)
+      mine = {came[k].node, came[k].part, came[k - 1].mover};
+  MPI_Allreduce(&mine.node, &first.node, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  if (mine.node != first.node) mine.part = mine.mover = -1;
+  const int words[2] = {mine.part, mine.mover};
+  int all[2];
+  MPI_Allreduce(words, all, 2, MPI_INT, MPI_MAX, world);
+  first.part = all[0];
+  first.mover = all[1];
+  return first;
+}
+
+/* ----------------------------------------------------------------------
    fix rigid knows the masses of its atoms from its init(): nodes must not lose theirs
 ------------------------------------------------------------------------- */
 
@@ -179,22 +183,9 @@ void FixDefe::check_rigid_bodies()
   std::vector<Fix *> bodies;
   for (auto *ifix : modify->get_fix_list())
     if (ifix->rigid_flag && ifix->time_integrate) bodies.push_back(ifix);
-  const bool any = std::any_of(parts.begin(), parts.end(), [this](const Part &p) {
-    return may_convert(p);
-  });
-  if (bodies.empty() || !any) return;
-
-  NodeList of_elements, moved;
-  for (int i = 0; i < atom->nlocal; i++) {
-    for (const auto &h : hexes[i])
-      if (may_convert(parts[h.part]))
-        for (tagint t : h.node) of_elements.emplace_back(t, h.part);
-    if (de[i] || nelem[i] == 0) continue;
-    for (size_t k = 0; k < bodies.size(); k++)
-      if (atom->mask[i] & bodies[k]->groupbit)
-        moved.emplace_back(atom->tag[i], static_cast<int>(k));
-  }
-  const Meeting m = first_in_both(lmp, world, of_elements, moved);
+  std::vector<char> convert;
+  for (const auto &p : parts) convert.push_back(may_convert(p));
+  const MovedNode m = first_moved(convert, bodies, 0);
   if (m.part >= 0)
     error->all(
         FLERR,
@@ -220,22 +211,9 @@ void FixDefe::check_rigid_parts()
     if (ifix->time_integrate && !one_of(keeps_shape, style)) movers.push_back(ifix);
     if (one_of(holds, style)) held |= ifix->groupbit;
   }
-  const bool any = std::any_of(parts.begin(), parts.end(), [this](const Part &p) {
-    return material_of(p).rigid();
-  });
-  if (movers.empty() || !any) return;
-
-  NodeList of_elements, moved;
-  for (int i = 0; i < atom->nlocal; i++) {
-    for (const auto &h : hexes[i])
-      if (material_of(parts[h.part]).rigid())
-        for (tagint t : h.node) of_elements.emplace_back(t, h.part);
-    if (de[i] || nelem[i] == 0 || (atom->mask[i] & held)) continue;
-    for (size_t k = 0; k < movers.size(); k++)
-      if (atom->mask[i] & movers[k]->groupbit)
-        moved.emplace_back(atom->tag[i], static_cast<int>(k));
-  }
-  const Meeting m = first_in_both(lmp, world, of_elements, moved);
+  std::vector<char> rigid;
+  for (const auto &p : parts) rigid.push_back(material_of(p).rigid());
+  const MovedNode m = first_moved(rigid, movers, held);
   if (m.part >= 0)
     error->all(
         FLERR,

@@ -157,12 +157,11 @@ struct World {
   double energy()
   {
     update_planes();
-    std::vector<double> each;
     const auto kept = memory.all;
-    surface_forces(tables, arrays(), memory, &each);
+    SurfaceArrays a = arrays();
+    a.energy_only = true;
+    const double sum = surface_forces(tables, a, memory).energy;
     memory.all = kept;
-    double sum = 0.0;
-    for (double e : each) sum += e;
     return sum;
   }
 

@@ -92,9 +92,12 @@ struct SurfaceArrays {
   double dt;
   double friction;
   bool moving;    ///< false: an evaluation without a step before it (setup, minimisation)
-  /// The tables have changed in this step, after an evaluation with `energy_of`: the caller knows what that does to
+  /// The tables have changed in this step, after an evaluation with energy_only: the caller knows what that does to
   /// the energy, and books it himself.
   bool changed = false;
+  /// No forces, only the energy: histories learn what the motion of this step has done, before the tables change.
+  /// (Points whose contact has ended keep theirs.)
+  bool energy_only = false;
   bool minimizing = false;    ///< an iteration: points get deeper without a speed
   double ease;                ///< share of all offsets that goes in this step, 0 = they stay
   bool virial = true;         ///< false: not asked for
@@ -129,11 +132,8 @@ struct SurfaceResult {
 /// A face that a conversion has bared meets only balls whose centre is over it: the others are on the DEs in
 /// front of it or on the faces round its edges, and may have reached into it before it was bared.
 ///
-/// Adds forces to f and torque. `energy_of`: if not null, gets the energy of each point and then of each
-/// ball of the tables, and there are no forces: histories learn what the motion of this step has done, before the
-/// tables change. (Points whose contact has ended keep theirs.)
-SurfaceResult surface_forces(const SurfaceTables &, const SurfaceArrays &, ContactMemory &,
-                             std::vector<double> *energy_of = nullptr);
+/// Adds forces to f and torque.
+SurfaceResult surface_forces(const SurfaceTables &, const SurfaceArrays &, ContactMemory &);
 
 /// Weight of a patch against a parallel facet: the finer side carries more, both sides add up to 1.
 double side_weight(double own_area, double facet_area);

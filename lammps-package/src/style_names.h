@@ -1,0 +1,28 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifndef LMP_DEFE_STYLE_NAMES_H
+#define LMP_DEFE_STYLE_NAMES_H
+
+#include "utils.h"
+
+#include <algorithm>
+#include <iterator>
+#include <string>
+
+namespace LAMMPS_NS {
+
+/// Whether the name of a style matches one of these patterns of utils::strmatch().
+template <size_t N> bool one_of(const char *const (&patterns)[N], const std::string &style)
+{
+  return std::any_of(std::begin(patterns), std::end(patterns), [&style](const char *pattern) {
+    return utils::strmatch(style, pattern);
+  });
+}
+
+}    // namespace LAMMPS_NS
+
+#endif
