@@ -36,7 +36,6 @@ using defe::Mat3;
 using defe::Vec3;
 using defe::fe::HexCoords;
 
-static constexpr int SIZE_VECTOR = 30;
 static constexpr size_t MAX_PARTS = 127;         // a signed char in the records
 static constexpr int WATCH_EVERY = 16;           // steps between looks at the speed of all atoms
 static constexpr int FLUSH_EVERY = 1000;         // steps between writes of the event file
@@ -98,7 +97,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   scalar_flag = 1;
   extscalar = 1;
   vector_flag = 1;
-  size_vector = SIZE_VECTOR;
+  size_vector = defe::entries::COUNT;
   extvector = 0;
   global_freq = 1;
 
@@ -278,9 +277,9 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 
     } else if (key == "every") {
       need(2, "every");
-      fe_every = utils::inumeric(FLERR, arg[iarg + 1], false, lmp);
-      if (fe_every < 1)
-        error->all(FLERR, "Fix defe every must be at least 1 step, not {}", fe_every);
+      const int every = utils::inumeric(FLERR, arg[iarg + 1], false, lmp);
+      if (every < 1) error->all(FLERR, "Fix defe every must be at least 1 step, not {}", every);
+      subcycle.set_every(every);
       iarg += 2;
 
     } else if (key == "check") {
@@ -304,7 +303,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 
     } else if (key == "events") {
       need(2, "events");
-      event_file = arg[iarg + 1];
+      event_log.set_file(arg[iarg + 1]);
       iarg += 2;
 
     } else
@@ -1042,20 +1041,20 @@ void FixDefe::pre_reverse(int /*eflag*/, int vflag)
   vector_step = -1;    // minimisers evaluate forces many times in a step
   for (double &v : virial_fe) v = 0.0;
 
-  if (fe_every == 1 || update->whichflag == 2) {
-    evaluate_finite(&atom->f[0][0], update->setupflag ? 0.0 : since_history);
-  } else if (fe_clock == 0 || vflag_global) {
+  if (subcycle.every() == 1 || update->whichflag == 2) {
+    evaluate_finite(&atom->f[0][0], update->setupflag ? 0.0 : subcycle.since_history());
+  } else if (subcycle.due() || vflag_global) {
 
-    // two clocks: the elements' forces act every m-th step only, and then m-fold (the impulse method
-    // of Grubmueller et al. 1991 and Tuckerman et al. 1992). The two half kicks of velocity Verlet
-    // around that step make it symmetric.
+    // two clocks, see subcycle.h
 
     const size_t n = 3 * (static_cast<size_t>(atom->nlocal) + atom->nghost);
     scratch.assign(n + 3, 0.0);
-    evaluate_finite(scratch.data(), fe_clock || update->setupflag ? 0.0 : since_history);
-    if (fe_clock == 0 && n) {
+    evaluate_finite(scratch.data(),
+                    !subcycle.due() || update->setupflag ? 0.0 : subcycle.since_history());
+    if (subcycle.due() && n) {
+      const int every = subcycle.every();
       double *f = &atom->f[0][0];
-      for (size_t k = 0; k < n; k++) f[k] += fe_every * scratch[k];
+      for (size_t k = 0; k < n; k++) f[k] += every * scratch[k];
     }
   }
   if (contact_factor > 0.0) contact_forces();
@@ -1103,7 +1102,7 @@ void FixDefe::evaluate_finite(double *f, double history_step)
     if (beyond >= 0) beyond_grid = b.node[beyond][0];
     beyond = -1;
   }
-  if (history_step > 0.0) since_history = 0.0;
+  if (history_step > 0.0) subcycle.history_advanced();
 }
 
 /* ----------------------------------------------------------------------
@@ -1193,8 +1192,7 @@ void FixDefe::initial_integrate(int /*vflag*/)
     if (!kept.empty()) drop_kept_forces();    // run ... pre no
   }
   ledger.external += 0.5 * update->dt * external_power;
-  fe_clock = (fe_clock + 1) % fe_every;
-  since_history += update->dt;
+  subcycle.advance(update->dt);
 }
 
 /* ----------------------------------------------------------------------
@@ -1205,7 +1203,7 @@ void FixDefe::post_integrate()
 {
   if (mark_request == MPI_REQUEST_NULL) return;
   take_marks();
-  if (marked_anywhere) schedule_conversion((fe_every + 1) / 2 - 1);
+  if (marked_anywhere) schedule_conversion(subcycle.steps_of_impulse() - 1);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -1220,7 +1218,7 @@ void FixDefe::setup(int vflag)
 
   // between two evaluations of the elements, those that were marked then stay so
 
-  if (fe_clock == 0) {
+  if (subcycle.due()) {
     for (auto &b : batches)
       if (b.convertible)
         for (auto *h : b.hex) h->marked = 0;
@@ -1231,7 +1229,7 @@ void FixDefe::setup(int vflag)
       if (b.convertible)
         for (const auto *h : b.hex) mine = mine || h->marked;
     MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
-    if (any) schedule_conversion((fe_every + 1) / 2 - fe_clock);
+    if (any) schedule_conversion(subcycle.steps_of_impulse() - subcycle.phase());
   }
 }
 
@@ -1294,7 +1292,7 @@ void FixDefe::end_of_step()
       update->ntimestep == update->laststep)
     watch_speed();
 
-  if (fe_clock == 0) mark_elements();
+  if (subcycle.due()) mark_elements();
   clock = now();
   last_step = update->ntimestep;
   vector_step = -1;
@@ -1311,7 +1309,7 @@ void FixDefe::post_run()
 
   const bool asked = mark_request != MPI_REQUEST_NULL;
   take_marks();
-  if (asked && marked_anywhere) schedule_conversion((fe_every + 1) / 2);
+  if (asked && marked_anywhere) schedule_conversion(subcycle.steps_of_impulse());
   if (running) watch_speed();    // a run that halts early
   if (update->whichflag == 1) keep_forces();
   running = false;

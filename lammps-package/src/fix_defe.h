@@ -17,9 +17,11 @@ FixStyle(defe,FixDefe);
 
 #include "defe_records.h"
 
-#include "defe/coupling/checksum.h"
 #include "defe/coupling/cohesive.h"
 #include "defe/coupling/corner_strain.h"
+#include "defe/coupling/event_log.h"
+#include "defe/coupling/ledger.h"
+#include "defe/coupling/subcycle.h"
 #include "defe/exact_sum.h"
 #include "defe/fe/kernel.h"
 #include "defe/fe/material_law.h"
@@ -214,36 +216,11 @@ class FixDefe : public Fix {
     return *touch[i];
   }
 
-  /** Cumulative energies of this rank (J). */
-  struct Ledger {
-    double fracture = 0.0;    // G_f times area times damage
-    double release = 0.0;     // rest of what joints release when they break
-    double damping = 0.0;     // restitution
-    double friction = 0.0;
-    double viscous = 0.0;         // of viscoelastic materials
-    double conv_strain = 0.0;     // lost (+) or gained (-) at conversions
-    double conv_kinetic = 0.0;    // same
-    double external = 0.0;        // work of all other forces
-    double through = 0.0;         // of contacts that were let through
-  } ledger;
+  defe::EnergyLedger ledger;
+  defe::StoredEnergy stored;    // set by the pair style
 
-  /** Stored energies of this rank at the last force evaluation (J); set by the pair style. */
-  struct Stored {
-    double joints = 0.0, ties = 0.0, cohesive = 0.0, contact = 0.0;
-  } stored;
-
-  // state changes of joints and elements, for the event file
-
-  struct Event {
-    bigint step;
-    double time;
-    int what;    // 0 conversion, 1 cohesive, 2 broken, 3 adhesive, 4 debonded
-    tagint a, b;
-    double x[3];    // reference position: element centre or middle of the joint
-    double n[3];    // reference direction of the joint, or the current tension
-    double value;
-  };
-  void record_event(const Event &e);
+  /** State changes of joints and elements, for the event file. */
+  void record_event(const defe::Event &e) { event_log.record(e); }
   double now() const;    // simulated time
   void note_damage()
   {
@@ -285,15 +262,13 @@ class FixDefe : public Fix {
   bool shield = true;
   bool gauss_stress = false;
   bool force_lagrangian = false;
-  int fe_every = 1;         // finite element forces are evaluated at every so many steps
+  defe::Subcycle subcycle;    // of the finite elements
 #if defined(NDEBUG) && !defined(DEFE_CHECK)
-  bool checking = false;    // of all records after every reneighbouring
+  bool checking = false;      // of all records after every reneighbouring
 #else
   bool checking = true;
 #endif
   enum EnergyCheck { ENERGY_NO, ENERGY_WARN, ENERGY_STOP } energy_check = ENERGY_WARN;
-  std::string event_file;
-  bool event_header = false;
 
   // ---- per-atom data ----
   double **xref = nullptr;      // reference position, never wrapped
@@ -403,8 +378,6 @@ class FixDefe : public Fix {
   void contact_forces();
 
   // ---- two clocks: see pre_reverse() ----
-  int fe_clock = 0;    // steps since the last evaluation of the elements, 0 = in this step
-  double since_history = 0.0;    // time since material histories were advanced
   void evaluate_finite(double *f, double history_step);
 
   // ---- conversion ----
@@ -491,29 +464,18 @@ class FixDefe : public Fix {
   double energy_swing() const;
   double virial_fe[6];
   double fe_energy_all();
-  double vector_values[30];
+  defe::EntryValues vector_values{};
   double surface_energy_all = 0.0;
   bigint vector_step = -1;
   bool between_runs = false;    // and there was one
   void fill_vector();
+  void count_joints_and_motion(defe::EntryValues &);
+  double largest_stress() const;
   bigint conversions_total = 0;
   std::vector<double> scratch;
-  std::vector<Event> events;
+  defe::EventLog event_log;
   void flush_events();
-  bool events_continued = false;    // after a restart
-  /** What is in the event file; lines, bytes and sum are known to the first rank. */
-  struct Written {
-    std::string name;               // of the file, empty if there was none
-    uint64_t run = 0, mesh = 0;     // checksums that name them, 0 if they have no names yet
-    bigint elements = 0;            // of the mesh, at the beginning
-    bigint lines = 0, bytes = 0;    // lines: of the run
-    defe::Checksum sum;             // of these bytes
-    uint64_t sum_of_restart = 0;    // the same, in the restart file that was read
-  } written;
   void name_run();
-  void open_events();
-  std::string complaint_of_events();
-  std::string write_events(const std::string &text, const char *mode);
   void stop_by_first_rank(std::string complaint);
   bigint restart_step = -1;    // of the file that was read
 
@@ -526,7 +488,8 @@ class FixDefe : public Fix {
   std::string describe_part(const Part &) const;
   std::map<std::string, std::string> settings() const;
   std::string pack_script() const;
-  void unpack_script(const char *data, size_t bytes);
+  /** Returns the name of the event file. */
+  std::string unpack_script(const char *data, size_t bytes);
   void note_changes(const std::map<std::string, std::string> &before);
 
   // ---- notes at the first run ----

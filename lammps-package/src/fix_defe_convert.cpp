@@ -382,7 +382,14 @@ void FixDefe::convert_marked()
           slot.apart = distance_if_swung(j, face_node, k, xe, h.part);
           if (slot.apart > 0.0) {
             slot.state = DefeJoint::CONTACT;
-            Event e{update->ntimestep, now(), 2, birth.tag, slot.other, {}, {}, 1.0};
+            defe::Event e{update->ntimestep,
+                          now(),
+                          defe::EventKind::BROKEN,
+                          birth.tag,
+                          slot.other,
+                          {},
+                          {},
+                          1.0};
             if (e.a > e.b) std::swap(e.a, e.b);
             const Vec3 middle = 0.5 * (eight[k].X + Vec3(xframe[j]));
             domain->unmap(middle.data(), birth.image, e.x);
@@ -411,10 +418,10 @@ void FixDefe::convert_marked()
       births.push_back(birth);
     }
 
-    Event e;
+    defe::Event e;
     e.step = update->ntimestep;
     e.time = now();
-    e.what = 0;
+    e.what = defe::EventKind::CONVERT;
     e.a = h.id;
     e.b = h.part + 1;
     const Vec3 centre = Xe.rowwise().mean();

@@ -57,7 +57,7 @@ uint64_t FixDefe::kept_laws() const
   };
   const double numbers[2] = {contact_factor, contact_friction};
   sum.add(numbers, sizeof(numbers));
-  const int integers[3] = {fe_every, force_lagrangian, reproducible};
+  const int integers[3] = {subcycle.every(), force_lagrangian, reproducible};
   sum.add(integers, sizeof(integers));
   add(force->pair_style ? force->pair_style : "none");
   if (const auto *pair = dynamic_cast<PairDefeJoint *>(force->pair_match("^defe/", 0))) {

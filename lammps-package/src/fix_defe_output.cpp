@@ -27,6 +27,7 @@ static constexpr int IMAGE_TRI = 2;    // dump_image.cpp of 4Feb2025
 #endif
 
 using namespace LAMMPS_NS;
+namespace entries = defe::entries;
 using defe::Vec3;
 using defe::fe::HexCoords;
 
@@ -61,7 +62,7 @@ double FixDefe::fe_energy_all()
 double FixDefe::compute_scalar()
 {
   fill_vector();
-  return vector_values[8] + surface_energy_all;
+  return vector_values[entries::E_ELEMENTS] + surface_energy_all;
 }
 
 double FixDefe::compute_vector(int n)
@@ -78,93 +79,57 @@ double FixDefe::kinetic_energy(int i) const
        0.4 * atom->radius[i] * atom->radius[i] * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]));
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   of this rank, at this step
+------------------------------------------------------------------------- */
 
-void FixDefe::fill_vector()
+void FixDefe::count_joints_and_motion(defe::EntryValues &mine)
 {
-  // between runs these are the values of the last one: commands like write_restart move atoms to other
-  // ranks, and the tables of local indices do not hold any more
-
-  if (between_runs || vector_step == update->ntimestep) return;
-  vector_step = update->ntimestep;
-
-  enum {
-    CONNECTIVE,
-    COHESIVE,
-    CONTACT,
-    TIES,
-    TIES_COHESIVE,
-    TIES_BROKEN,
-    E_FE,
-    E_JOINTS,
-    E_TIES,
-    E_COHESIVE,
-    E_SURFACE,
-    E_SPHERES,
-    KINETIC,
-    FRACTURE,
-    RELEASE,
-    DAMPING,
-    FRICTION,
-    CONV_STRAIN,
-    CONV_KINETIC,
-    EXTERNAL,
-    GONE,
-    VISCOUS,
-    THROUGH,
-    NSUM
-  };
-  double mine[NSUM] = {0.0}, all[NSUM];
-
-  mine[E_FE] = fe_energy_all();
-
   // with a slow clock, nodes have had half of the impulse of m steps, or are still to get it: their
   // kinetic energy is that of the velocity which the elements' forces of now would have given them
 
   double ahead = 0.0;
-  if (fe_every > 1 && fe_clock > 0) {
-    ahead = (0.5 * fe_every - fe_clock) * update->dt;
+  if (!subcycle.due()) {
+    ahead = subcycle.velocity_lead(update->dt);
     comm_mode = FINITE;
     comm->reverse_comm(this, 3);
   }
 
+  static constexpr defe::Entry of_joint[] = {entries::CONNECTIVE, entries::COHESIVE,
+                                             entries::CONTACT};
+  static constexpr defe::Entry of_tie[] = {entries::TIES, entries::TIES_SOFTENING,
+                                           entries::TIES_BROKEN};
+  double kinetic = 0.0;
   const int nlocal = atom->nlocal;
   for (int i = 0; i < nlocal; i++) {
     if (de[i]) {
       for (const auto &slot : de[i]->slot) {
         if (slot.kind == DefeJoint::TIE)
-          mine[TIES + slot.state] += 1.0;
+          mine[of_tie[slot.state]] += 1.0;
         else if (slot.kind == DefeJoint::DE && atom->tag[i] < slot.other)
-          mine[CONNECTIVE + slot.state] += 1.0;
+          mine[of_joint[slot.state]] += 1.0;
       }
     } else if (!in_account(i))
       continue;
-    mine[KINETIC] += kinetic_energy(i);
+    kinetic += kinetic_energy(i);
     if (ahead == 0.0 || de[i]) continue;
     for (int k = 0; k < 3; k++) {
       const double v = atom->v[i][k];
       if (v == 0.0) continue;    // held
       const double dv = ahead * scratch[3 * i + k] / atom->rmass[i];
-      mine[KINETIC] += 0.5 * atom->rmass[i] * (dv * dv - 2.0 * v * dv);
+      kinetic += 0.5 * atom->rmass[i] * (dv * dv - 2.0 * v * dv);
     }
   }
-  mine[E_JOINTS] = stored.joints;
-  mine[E_TIES] = stored.ties;
-  mine[E_COHESIVE] = stored.cohesive;
-  mine[E_SURFACE] = contact_energy;
-  mine[E_SPHERES] = stored.contact + wall_energy();
-  mine[FRACTURE] = ledger.fracture;
-  mine[RELEASE] = ledger.release;
-  mine[DAMPING] = ledger.damping;
-  mine[FRICTION] = ledger.friction;
-  mine[CONV_STRAIN] = ledger.conv_strain;
-  mine[CONV_KINETIC] = ledger.conv_kinetic;
-  mine[EXTERNAL] = ledger.external;
-  mine[VISCOUS] = ledger.viscous;
-  mine[THROUGH] = ledger.through;
-  mine[GONE] = static_cast<double>(des_gone);
+  mine[entries::E_KINETIC] = kinetic;
+}
 
-  double s1 = -1.0e300, s1_all;
+/* ----------------------------------------------------------------------
+   largest principal stress at the centres of elements of this rank that can convert, -1e300 if there are none
+------------------------------------------------------------------------- */
+
+double FixDefe::largest_stress() const
+{
+  double s1 = -1.0e300;
   for (const auto &b : batches) {
     if (!b.convertible) continue;
     const auto &kernel = *kernels[b.kernel].kernel;
@@ -175,46 +140,57 @@ void FixDefe::fill_vector()
       s1 = MAX(s1, defe::fe::max_principal(kernel.stress(x, X, Vec3::Zero())));
     }
   }
-  MPI_Allreduce(mine, all, NSUM, MPI_DOUBLE, MPI_SUM, world);
+  return s1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDefe::fill_vector()
+{
+  // between runs these are the values of the last one: commands like write_restart move atoms to other
+  // ranks, and the tables of local indices do not hold any more
+
+  if (between_runs || vector_step == update->ntimestep) return;
+  vector_step = update->ntimestep;
+
+  struct Sums {
+    defe::EntryValues entry{};
+    double surface = 0.0, gone = 0.0;
+  } mine, all;
+  static_assert(sizeof(Sums) == (entries::COUNT + 2) * sizeof(double),
+                "it is reduced as one array");
+
+  mine.entry[entries::E_ELEMENTS] = fe_energy_all();
+  count_joints_and_motion(mine.entry);
+  mine.entry[entries::E_JOINTS] = stored.joints;
+  mine.entry[entries::E_TIES] = stored.ties;
+  mine.entry[entries::E_COHESIVE] = stored.cohesive;
+  mine.entry[entries::E_CONTACT] = stored.contact + wall_energy();
+  ledger.fill(mine.entry);
+  mine.surface = contact_energy;
+  mine.gone = static_cast<double>(des_gone);
+  const double s1 = largest_stress();
+  double s1_all;
+  MPI_Allreduce(&mine, &all, entries::COUNT + 2, MPI_DOUBLE, MPI_SUM, world);
   MPI_Allreduce(&s1, &s1_all, 1, MPI_DOUBLE, MPI_MAX, world);
 
-  surface_energy_all = all[E_SURFACE];
-  double *w = vector_values;
-  w[0] = static_cast<double>(hexes_total);
-  w[1] = static_cast<double>(conversions_total);
-  w[2] = static_cast<double>(des_total) - all[GONE];
-  w[3] = all[CONNECTIVE];
-  w[4] = all[COHESIVE];
-  w[5] = all[CONTACT];
-  w[6] = all[TIES];
-  w[7] = s1_all > -1.0e300 ? s1_all : 0.0;
-  w[8] = all[E_FE];
-  w[9] = all[E_JOINTS];
-  w[10] = all[E_TIES];
-  w[11] = all[E_COHESIVE];
-  w[12] = all[E_SURFACE] + all[E_SPHERES];
-  w[13] = all[KINETIC];
-  w[14] = all[FRACTURE];
-  w[15] = all[RELEASE];
-  w[16] = all[DAMPING];
-  w[17] = all[FRICTION];
-  w[18] = all[CONV_STRAIN];
-  w[19] = all[CONV_KINETIC];
-  w[20] = all[EXTERNAL];
-  w[25] = all[VISCOUS];
+  auto &w = vector_values;
+  w = all.entry;
+  surface_energy_all = all.surface;
+  w[entries::E_CONTACT] += all.surface;
+  w[entries::ELEMENTS] = static_cast<double>(hexes_total);
+  w[entries::CONVERTED] = static_cast<double>(conversions_total);
+  w[entries::DES] = static_cast<double>(des_total) - all.gone;
+  w[entries::S1_MAX] = s1_all > -1.0e300 ? s1_all : 0.0;
   report_contacts();
-  w[28] = static_cast<double>(through_total);
-  w[29] = all[THROUGH];
-  w[26] = all[TIES_COHESIVE];
-  w[27] = all[TIES_BROKEN];
-  w[21] = w[8] + w[9] + w[10] + w[11] + w[12] + w[13] + w[14] + w[15] + w[16] + w[17] + w[25] +
-      all[THROUGH] - w[20];
-  w[22] = w[21] + w[18] + w[19];
+  w[entries::LET_THROUGH] = static_cast<double>(through_total);
+  w[entries::TOTAL] = defe::total_of(w);
+  w[entries::BALANCE] = defe::balance_of(w);
   double first[2] = {first_conversion, first_damage};
   for (auto &t : first)
     if (t < 0.0) t = HUGE_VAL;
-  MPI_Allreduce(first, &w[23], 2, MPI_DOUBLE, MPI_MIN, world);
-  for (int k : {23, 24})
+  MPI_Allreduce(first, &w[entries::FIRST_CONVERSION], 2, MPI_DOUBLE, MPI_MIN, world);
+  for (int k : {entries::FIRST_CONVERSION, entries::FIRST_DAMAGE})
     if (w[k] == HUGE_VAL) w[k] = -1.0;
 }
 

@@ -190,7 +190,7 @@ void FixDefe::check_restart()
 namespace {
 struct GlobalState {
   char format[8];
-  double ledger[9];
+  double ledger[defe::EnergyLedger::size];
   bigint des_total, hexes_total, conversions_total;
   tagint de_base, last_element, last_id, last_born;
   int lots_moved, start_done, hexes_per_node;
@@ -198,8 +198,8 @@ struct GlobalState {
   double largest_force;
   bigint through, nodes_total, des_gone, kept_step, kept_natoms;
   bigint step, events_lines, events_bytes, events_elements;
-  int fe_every, fe_clock;
-  double since_history, mass_total, mass_gone, max_step_length;
+  defe::Subcycle::State subcycle;
+  double mass_total, mass_gone, max_step_length;
   bigint records;    // of atoms, and the sum of their checksums
   uint64_t records_sum, kept_law, events_run, events_mesh, events_sum;
   uint64_t after, after_sum;    // bytes that follow, and their checksum
@@ -218,9 +218,8 @@ void FixDefe::write_restart(FILE *fp)
   flush_events();    // else those up to here would be missing when the run is killed later
   if (running) keep_forces();
 
-  double mine[9] = {ledger.fracture, ledger.release,     ledger.damping,
-                    ledger.friction, ledger.conv_strain, ledger.conv_kinetic,
-                    ledger.external, ledger.viscous,     ledger.through};
+  double mine[defe::EnergyLedger::size];
+  ledger.pack(mine);
   GlobalState g;
   memset(static_cast<void *>(&g), 0, sizeof(g));    // gaps, too: they are in the checksum
   memcpy(g.format, RESTART_FORMAT, sizeof(RESTART_FORMAT));
@@ -243,25 +242,24 @@ void FixDefe::write_restart(FILE *fp)
   MPI_Reduce(&sum, &g.records_sum, 1, MPI_UINT64_T, MPI_SUM, 0, world);
   MPI_Reduce(&nlocal, &g.records, 1, MPI_LMP_BIGINT, MPI_SUM, 0, world);
 
-  MPI_Reduce(mine, g.ledger, 9, MPI_DOUBLE, MPI_SUM, 0, world);
+  MPI_Reduce(mine, g.ledger, defe::EnergyLedger::size, MPI_DOUBLE, MPI_SUM, 0, world);
   MPI_Reduce(&mass_gone, &g.mass_gone, 1, MPI_DOUBLE, MPI_SUM, 0, world);
   MPI_Reduce(&des_gone, &g.des_gone, 1, MPI_LMP_BIGINT, MPI_SUM, 0, world);
   MPI_Reduce(&through_count, &g.through, 1, MPI_LMP_BIGINT, MPI_SUM, 0, world);
   g.nodes_total = nodes_total;
   g.mass_total = mass_total;
   g.max_step_length = max_step_length;
-  g.fe_every = fe_every;
-  g.fe_clock = fe_clock;
-  g.since_history = since_history;
+  g.subcycle = subcycle.state();
   g.kept_step = kept_step;
   g.kept_law = kept_law;
   g.step = update->ntimestep;
+  const defe::EventLog::Written written = event_log.written();
   g.events_lines = written.lines;
   g.events_bytes = written.bytes;
   g.events_elements = written.elements;
   g.events_run = written.run;
   g.events_mesh = written.mesh;
-  g.events_sum = written.sum.value();
+  g.events_sum = written.sum;
   g.kept_natoms = kept_natoms;
   g.des_total = des_total;
   g.hexes_total = hexes_total;
@@ -315,29 +313,20 @@ void FixDefe::restart(char *buf)
   restart_check.unread = true;
   restart_check.records_of_file = g.records;
   restart_check.sum_of_file = g.records_sum;
-  unpack_script(buf, g.after);
+  defe::EventLog::Written written;
+  written.name = unpack_script(buf, g.after);
   if (comm->me == 0) {
-    ledger.fracture = g.ledger[0];
-    ledger.release = g.ledger[1];
-    ledger.damping = g.ledger[2];
-    ledger.friction = g.ledger[3];
-    ledger.conv_strain = g.ledger[4];
-    ledger.conv_kinetic = g.ledger[5];
-    ledger.external = g.ledger[6];
-    ledger.viscous = g.ledger[7];
-    ledger.through = g.ledger[8];
+    ledger.unpack(g.ledger);
     through_count = g.through;
     mass_gone = g.mass_gone;
     des_gone = g.des_gone;
   }
-  if (g.fe_clock != 0 && g.fe_every != fe_every)
+  if (!subcycle.go_on(g.subcycle))
     error->all(
         FLERR,
         "Fix defe in the restart file had every {}, now every {}: change it only at a step at "
         "which both clocks meet (a multiple of {})",
-        g.fe_every, fe_every, g.fe_every);
-  fe_clock = g.fe_clock;
-  since_history = g.since_history;
+        g.subcycle.every, subcycle.every(), g.subcycle.every);
   nodes_total = g.nodes_total;
   mass_total = g.mass_total;
   max_step_length = g.max_step_length;
@@ -349,7 +338,8 @@ void FixDefe::restart(char *buf)
   written.elements = g.events_elements;
   written.run = g.events_run;
   written.mesh = g.events_mesh;
-  written.sum_of_restart = g.events_sum;
+  written.sum = g.events_sum;
+  event_log.go_on(written, restart_step);
   kept_natoms = g.kept_natoms;
   des_total = g.des_total;
   hexes_total = g.hexes_total;
@@ -373,7 +363,6 @@ void FixDefe::restart(char *buf)
   max_facet = g.max_facet;
   largest_force = g.largest_force;
   mesh_dirty = false;
-  events_continued = true;    // go on with the file
 }
 
 /* ----------------------------------------------------------------------

@@ -40,7 +40,7 @@ std::map<std::string, std::string> FixDefe::settings() const
   s["shield"] = shield ? "yes" : "no";
   s["stress"] = gauss_stress ? "gauss" : "centre";
   s["kernel"] = force_lagrangian ? "lagrangian" : "auto";
-  s["every"] = std::to_string(fe_every);
+  s["every"] = std::to_string(subcycle.every());
   s["reproducible"] = reproducible ? "yes" : "no";
   for (const auto &p : parts)
     if (p.convertible) s["convert " + p.name] = fmt::format("{}", p.stress);
@@ -72,11 +72,11 @@ std::string FixDefe::pack_script() const
   for (const auto &s : settings()) set += s.first + "\n" + s.second + "\n";
   put_text(texts);
   put_text(set);
-  put_text(written.name);
+  put_text(event_log.written().name);
   return all;
 }
 
-void FixDefe::unpack_script(const char *data, size_t bytes)
+std::string FixDefe::unpack_script(const char *data, size_t bytes)
 {
   // its checksum is right; still, nothing is read beyond its end
 
@@ -116,8 +116,7 @@ void FixDefe::unpack_script(const char *data, size_t bytes)
   std::map<std::string, std::string> before;
   for (size_t k = 0; k + 1 < lines.size(); k += 2) before[lines[k]] = lines[k + 1];
   note_changes(before);
-  written = Written();
-  written.name = get_text();
+  return get_text();
 }
 
 void FixDefe::note_changes(const std::map<std::string, std::string> &before)

@@ -232,13 +232,14 @@ void FixDefe::check_time_step(bool changed)
   const double dt = update->dt;
   if (!(dt >= 0.0))
     error->all(FLERR, "Time step {} is negative or no number: fix defe cannot run backwards", dt);
-  if (dt_finite > 0.0 && fe_every * dt > dt_finite)
+  if (dt_finite > 0.0 && subcycle.every() * dt > dt_finite)
     error->all(FLERR,
                "Time step {}{}{} is above the stable step of the finite elements {:.6g}: use a "
                "smaller timestep{}{}",
-               dt, fe_every > 1 ? fmt::format(" times every {}", fe_every) : "",
+               dt, subcycle.every() > 1 ? fmt::format(" times every {}", subcycle.every()) : "",
                changed ? fmt::format(" at step {}", update->ntimestep) : "", dt_finite,
-               fe_every > 1 ? " or every" : "", changed ? ", in fix dt/reset by its Tmax" : "");
+               subcycle.every() > 1 ? " or every" : "",
+               changed ? ", in fix dt/reset by its Tmax" : "");
 
   // of what only warns, a fix that changes the step again and again is told once
 
@@ -250,14 +251,14 @@ void FixDefe::check_time_step(bool changed)
     error->warning(FLERR, "Time step {} is above the safe step of the discrete elements {:.6g}", dt,
                    dt_discrete);
   const bool resonant =
-      any_convertible && dt_joints > 0.0 && defe::clocks_resonate(fe_every, dt, dt_joints);
+      any_convertible && dt_joints > 0.0 && defe::clocks_resonate(subcycle.every(), dt, dt_joints);
   if (resonant && !(changed && warned_of_step) && comm->me == 0)
     error->warning(
         FLERR,
         "Fix defe every {}: half an oscillation of the discrete elements fits between two "
         "evaluations of the finite elements with the time step {}, and can gain energy from "
         "them without end: use a smaller timestep or every",
-        fe_every, dt);
+        subcycle.every(), dt);
   warned_of_step = above || resonant || (changed && warned_of_step);
 }
 
@@ -356,12 +357,13 @@ void FixDefe::begin_energy_watch()
   vector_step = -1;
   fill_vector();
   vector_step = -1;
-  const double balance = vector_values[22];
+  const double balance = vector_values[defe::entries::BALANCE];
   balance_start = balance_known ? balance_start + (balance - balance_last) : balance;
   balance_last = balance;
   balance_known = true;
   swing_start = energy_swing();
-  energy_put_in = MAX(energy_put_in, balance_start + MAX(0.0, vector_values[20]));
+  energy_put_in =
+      MAX(energy_put_in, balance_start + MAX(0.0, vector_values[defe::entries::EXTERNAL]));
 }
 
 /* ----------------------------------------------------------------------
@@ -393,7 +395,7 @@ void FixDefe::watch_energy()
   if (energy_check == ENERGY_NO) return;
   fill_vector();
   vector_step = -1;    // fixes may still change velocities in this step
-  const double *w = vector_values;
+  const auto &w = vector_values;
   for (int k = 0; k < size_vector; k++)
     if (!std::isfinite(w[k]))
       error->all(
@@ -407,8 +409,8 @@ void FixDefe::watch_energy()
   for (const auto &m : materials)
     if (!m.rigid()) stiffest = MAX(stiffest, m.elastic().E / m.elastic().rho);
   const double floor = mass_total * stiffest * SMALLEST_MOTION * SMALLEST_MOTION;
-  balance_last = w[22];
-  energy_put_in = MAX(energy_put_in, balance_start + MAX(0.0, w[20]));
+  balance_last = w[defe::entries::BALANCE];
+  energy_put_in = MAX(energy_put_in, balance_start + MAX(0.0, w[defe::entries::EXTERNAL]));
   const double off = balance_last - balance_start;
   if (std::abs(off) <= MAX(BALANCE_LIMIT * energy_put_in, floor)) return;
   const double swing = MIN(MAX(swing_start, energy_swing()), SWING_LIMIT * energy_put_in);

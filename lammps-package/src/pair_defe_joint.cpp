@@ -244,7 +244,7 @@ void PairDefeJoint::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
   auto &stored = fix->stored;
-  stored = FixDefe::Stored();
+  stored = defe::StoredEnergy();
   if (fix->des_total > 0) {
     update_screen();
     if (with_cohesive) switch_joints();
@@ -573,7 +573,8 @@ void PairDefeJoint::switch_joints()
     slot.stored = slot.lost = 0.0;
     jt.cohesive.push_back(ds);
     if (!tie) fix->note_damage();
-    event(d, s, tie ? 3 : 1, defe::CohesiveState::unpack(slot.cohesive).s0);
+    event(d, s, tie ? defe::EventKind::ADHESIVE : defe::EventKind::COHESIVE,
+          defe::CohesiveState::unpack(slot.cohesive).s0);
   }
   jt.pending.clear();
 }
@@ -617,14 +618,14 @@ void PairDefeJoint::set_broken(int d, int s)
   add_candidate(jt.self[d], jt.nb[d][s]);
 }
 
-void PairDefeJoint::event(int d, int s, int what, double value)
+void PairDefeJoint::event(int d, int s, defe::EventKind what, double value)
 {
   auto &jt = fix->jt;
   const int i = jt.self[d], j = jt.nb[d][s];
   const JointSlot &slot = jt.rec[d]->slot[s];
   const bool tie = slot.kind == DefeJoint::TIE;
   const double *Xi = fix->x_frame(i), *Xj = tie ? nullptr : fix->x_frame(j);
-  FixDefe::Event e;
+  defe::Event e;
   e.step = update->ntimestep;
   e.time = fix->now();
   e.what = what;
@@ -734,7 +735,7 @@ void PairDefeJoint::cohesive_tie(int d, int s)
   if (r.broken) {
     set_broken(d, s);
     jt.debonded.push_back(6 * d + s);
-    event(d, s, 4, r.damage);
+    event(d, s, defe::EventKind::DEBONDED, r.damage);
     return;
   }
   fix->stored.cohesive += slot.stored;
@@ -811,7 +812,7 @@ void PairDefeJoint::cohesive_forces()
 
     if (r.broken) {
       set_broken(d, s);
-      event(d, s, 2, r.damage);
+      event(d, s, defe::EventKind::BROKEN, r.damage);
       continue;
     }
     jt.cohesive[kept++] = jt.cohesive[q];

@@ -18,6 +18,7 @@ PairStyle(defe/joint,PairDefeJoint);
 #include "defe/coupling/cohesive.h"
 #include "defe/coupling/contact_law.h"
 #include "defe/coupling/corner_strain.h"
+#include "defe/coupling/event_log.h"
 
 #include <array>
 #include <vector>
@@ -133,7 +134,7 @@ class PairDefeJoint : public Pair {
   struct SphereTouch *find_touch(int i, int j);
   struct SphereTouch &new_touch(int i, int j);
   void tally(const double *del, const double *force, int i);
-  void event(int d, int s, int what, double value);
+  void event(int d, int s, defe::EventKind what, double value);
   void set_broken(int d, int s);
   template <class F> void for_drops(F f);
   void note_drops();

@@ -6,6 +6,7 @@
 // Everything here is collective: all ranks of the communicator call it, and all get the same
 // answer. With the environment variable DEFE_TEST_LOG set, each LAMMPS writes log.SUITE.TEST.N.
 
+#include "defe/coupling/ledger.h"
 #include "defe/types.h"
 
 #include "atom.h"
@@ -39,37 +40,8 @@ namespace defe::test {
 using LAMMPS_NS::bigint;
 using LAMMPS_NS::tagint;
 
-/// Entries of fix defe's vector, numbered as in an input script (f_fe[1] ...).
-enum Entry {
-  ELEMENTS = 1,
-  CONVERTED,
-  DES,
-  CONNECTIVE,
-  COHESIVE,
-  CONTACT,
-  TIES,
-  S1_MAX,
-  E_ELEMENTS,
-  E_JOINTS,
-  E_TIES,
-  E_COHESIVE,
-  E_CONTACT,
-  E_KINETIC,
-  FRACTURE,
-  RELEASE,
-  DAMPING,
-  FRICTION,
-  CONV_STRAIN,
-  CONV_KINETIC,
-  EXTERNAL,
-  TOTAL,
-  BALANCE,
-  FIRST_CONVERSION,
-  FIRST_DAMAGE,
-  VISCOUS,
-  TIES_SOFTENING,
-  TIES_BROKEN
-};
+/// Entries of fix defe's vector, from 0: entry k is f_fe[k + 1] of an input script.
+using namespace defe::entries;
 
 /// A node or a DE. x is unwrapped.
 struct Particle {
@@ -161,7 +133,7 @@ class Lammps {
   {
     auto *fix = lmp->modify->get_fix_by_id("fe");
     if (!fix) throw std::runtime_error("no fix fe");
-    return fix->compute_vector(entry - 1);
+    return fix->compute_vector(entry);
   }
 
   /// Value of a formula in LAMMPS' own notation.
