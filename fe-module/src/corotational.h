@@ -124,10 +124,12 @@ namespace lanes {
     x[2] = c4 * b0 + c5 * b1 + c2 * b2;
   }
 
-  /// max_principal_bound() of lambda tr(e) I + 2 mu e, for the strain e (xx yy zz xy xz yz).
-  DEFE_INLINE Pack stress_bound(const Pack e[6], double lambda, double mu)
+  /// stress_bound() of lambda tr(e) I + 2 mu e, for the strain e (xx yy zz xy xz yz).
+  DEFE_INLINE Pack stress_bound(const Pack e[6], double lambda, double mu,
+                                const StressBound &weights)
   {
-    return lambda * (e[0] + e[1] + e[2]) + (2.0 * mu) * symmetric_bound(e);
+    return (lambda * weights.mean) * (e[0] + e[1] + e[2]) +
+        (2.0 * mu) * symmetric_bound(e, weights);
   }
 
   /// Strain (xx yy zz xy xz yz) of a displacement gradient.
@@ -229,13 +231,13 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
     if constexpr (with_bound) {
       Pack bound;
       if (!out.bound_at_gauss_points) {
-        bound = lanes::stress_bound(strain, lambda, mu);
+        bound = lanes::stress_bound(strain, lambda, mu, out.bound_weights);
       } else {
         for (int point = 0; point < 8; ++point) {
           gradient_at_gauss_point(u, point, D);
           to_local(D, shape.G[point], H);
           lanes::symmetric(H, strain);
-          const Pack here = lanes::stress_bound(strain, lambda, mu);
+          const Pack here = lanes::stress_bound(strain, lambda, mu, out.bound_weights);
           bound = point == 0 ? here : simd::max(here, bound);
         }
       }

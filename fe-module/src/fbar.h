@@ -185,7 +185,7 @@ void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)
         if (out.bound_at_gauss_points) {
           Pack s[6];
           lanes::deviatoric_kirchhoff(Q, point.F, s);
-          const Pack here = symmetric_bound(s);
+          const Pack here = symmetric_bound(s, out.bound_weights);
           shear_bound = a == 0 ? here : simd::max(here, shear_bound);
         }
     }
@@ -223,9 +223,10 @@ void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)
         Pack Q[3][3], s[6];
         law.at_centre(middle, centre, Q);
         lanes::deviatoric_kirchhoff(Q, middle.F, s);
-        shear_bound = symmetric_bound(s);
+        shear_bound = symmetric_bound(s, out.bound_weights);
       }
-      store_lanes(elements, p + shear_bound / Jbar + poison, out.stress_bound + first);
+      store_lanes(elements, out.bound_weights.mean * p + shear_bound / Jbar + poison,
+                  out.stress_bound + first);
     }
 
     Pack force[3][8];

@@ -170,13 +170,13 @@ DEFE_INLINE void gradient_at_gauss_point(const Pack v[3][8], int point, Pack D[3
   }
 }
 
-/// max_principal_bound() of a symmetric tensor (xx yy zz xy xz yz).
-DEFE_INLINE Pack symmetric_bound(const Pack s[6])
+/// stress_bound() of a symmetric tensor (xx yy zz xy xz yz).
+DEFE_INLINE Pack symmetric_bound(const Pack s[6], const StressBound &weights)
 {
   const Pack p = (s[0] + s[1] + s[2]) * (1.0 / 3.0);
   const Pack dx = s[0] - p, dy = s[1] - p, dz = s[2] - p;
   const Pack J2 = 0.5 * (dx * dx + dy * dy + dz * dz) + (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]);
-  return p + 2.0 * simd::sqrt(J2 * (1.0 / 3.0));
+  return weights.mean * p + weights.shear * simd::sqrt(J2 * (1.0 / 3.0));
 }
 
 /// virial (xx yy zz xy xz yz) += sum over nodes of y_a f_a = sum over modes, for the elements that

@@ -64,15 +64,15 @@ namespace {
           (S[0][1] * E[0][1] + S[0][2] * E[0][2] + S[1][2] * E[1][2]);
     }
 
-    // max_principal_bound() of the Cauchy stress S^kl x_k x_l / det(dx/dX)
-    DEFE_INLINE Pack stress_bound() const
+    // of the Cauchy stress S^kl x_k x_l / det(dx/dX)
+    DEFE_INLINE Pack stress_bound(const StressBound &weights) const
     {
       Pack s[6];
       constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
       for (int c = 0; c < 6; ++c)
         s[c] = x[0][row[c]] * Sx[0][column[c]] + x[1][row[c]] * Sx[1][column[c]] +
             x[2][row[c]] * Sx[2][column[c]];
-      return symmetric_bound(s) / volume_change;
+      return symmetric_bound(s, weights) / volume_change;
     }
   };
 
@@ -118,7 +118,7 @@ namespace {
         if constexpr (with_energy) energy += point.J * point.energy;
         if constexpr (with_bound)
           if (out.bound_at_gauss_points) {
-            const Pack here = point.stress_bound();
+            const Pack here = point.stress_bound(out.bound_weights);
             bound = a == 0 ? here : simd::max(here, bound);
           }
       }
@@ -134,7 +134,7 @@ namespace {
               Xk[k][i] = Y[i][1 << k];
               uk[k][i] = u[i][1 << k];
             }
-          bound = Point(Xk, uk, lambda, mu).stress_bound();
+          bound = Point(Xk, uk, lambda, mu).stress_bound(out.bound_weights);
         }
         store_lanes(elements, bound + poison, out.stress_bound + first);
       }

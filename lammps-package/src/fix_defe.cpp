@@ -168,11 +168,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
             p.name, material_of(p).name);
       p.convertible = true;
       p.group = group->find("all");
-      p.stress = utils::numeric(FLERR, arg[iarg + 2], false, lmp);
-      if (!(p.stress > 0.0))
-        error->all(FLERR, "Fix defe convert {}: conversion stress must be > 0, not {}", p.name,
-                   arg[iarg + 2]);
-      iarg += 3;
+      iarg += 2 + set_criterion(p, std::vector<std::string>(arg + iarg + 2, arg + narg));
       while (iarg < narg) {
         const std::string opt = arg[iarg];
         if (opt == "type") {
@@ -1074,7 +1070,10 @@ void FixDefe::evaluate_finite(double *f, double history_step)
   for (auto &b : batches) {
     if (b.rigid || b.node.empty()) continue;
     defe::fe::HexKernel::Output out;
-    if (b.convertible) out.stress_bound = b.bound.data();
+    if (b.convertible) {
+      out.stress_bound = b.bound.data();
+      out.bound_weights = parts[kernels[b.kernel].part].criterion->bound();
+    }
     out.bound_at_gauss_points = gauss_stress;
     if (vflag_global) out.virial = virial_fe;
     if (!b.history.empty()) {
@@ -1317,61 +1316,6 @@ void FixDefe::post_run()
   if (contact_factor > 0.0) report_contacts();
   fill_vector();
   between_runs = true;
-}
-
-/* ----------------------------------------------------------------------
-   criterion: which elements convert at the next step
-------------------------------------------------------------------------- */
-
-void FixDefe::mark_elements()
-{
-  const double time = now();
-  marked_here = 0;
-  for (auto &b : batches) {
-    if (!b.convertible) continue;
-    const Part &p = parts[kernels[b.kernel].part];
-    const int n = static_cast<int>(b.node.size());
-    int above = 0;
-    for (int e = 0; e < n; e++) above += b.bound[e] > p.stress;
-    if (!above) continue;
-    for (int e = 0; e < n; e++) {
-      if (!(b.bound[e] > p.stress)) continue;
-      HexRecord &h = *b.hex[e];
-      HexCoords x, X;
-      hex_coords(b.node[e].data(), x, X);
-      const auto &kernel = *kernels[b.kernel].kernel;
-      Vec3 direction(1.0, 0.0, 0.0);
-      double s1 = -1.0e300;
-      if (gauss_stress) {
-        for (const auto &xi : defe::fe::gauss_points()) {
-          Vec3 dir;
-          const double s = defe::fe::max_principal(kernel.stress(x, X, xi), dir);
-          if (s > s1) {
-            s1 = s;
-            direction = dir;
-          }
-        }
-      } else
-        s1 = defe::fe::max_principal(kernel.stress(x, X, Vec3::Zero()), direction);
-      if (!(s1 > p.stress)) continue;
-      if (shield && h.extra && !h.extra->shields.empty()) {
-        const double tau = p.shield_time;
-        auto &list = h.extra->shields;
-        for (size_t k = 0; k < list.size();)
-          if (time - list[k].time >= tau) {
-            list[k] = list.back();
-            list.pop_back();
-          } else
-            k++;
-        if (defe::shielded(direction, s1, p.stress, time, tau, list.data(),
-                           static_cast<int>(list.size())))
-          continue;
-      }
-      h.marked = 1;
-      marked_here = 1;
-    }
-  }
-  ask_marks();
 }
 
 /* ----------------------------------------------------------------------
@@ -1677,11 +1621,11 @@ int FixDefe::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int 
         continue;
       // positions from the atom that it goes with, so that no image matters
       const auto at = found->second[comm_round];
-      const Converting &c = converting[at.first];
+      const defe::ConvertingHex &c = converting[at.first];
       buf[m++] = ubuf(ii).d;
       buf[m++] = ubuf(c.id).d;
       buf[m++] = ubuf(c.lot).d;
-      for (tagint t : c.node) buf[m++] = ubuf(t).d;
+      for (auto t : c.node) buf[m++] = ubuf(t).d;
       for (const auto &xa : c.x)
         // bit for bit, they are those of the element's first node: who uses them takes the nearest image
         for (int k = 0; k < 3; k++) buf[m++] = reproducible ? xa[k] : xa[k] - c.x[at.second][k];
@@ -1719,10 +1663,10 @@ void FixDefe::unpack_forward_comm(int n, int first, double *buf)
     const int end = static_cast<int>(ubuf(buf[m++]).i);
     while (m < end) {
       const int i = first + static_cast<int>(ubuf(buf[m++]).i);
-      Converting c;
+      defe::ConvertingHex c;
       c.id = static_cast<tagint>(ubuf(buf[m++]).i);
       c.lot = static_cast<tagint>(ubuf(buf[m++]).i);
-      for (tagint &t : c.node) t = static_cast<tagint>(ubuf(buf[m++]).i);
+      for (auto &t : c.node) t = ubuf(buf[m++]).i;
       for (auto &xa : c.x)
         for (int k = 0; k < 3; k++) xa[k] = reproducible ? buf[m++] : atom->x[i][k] + buf[m++];
       const auto *corner = std::find(std::begin(c.node), std::end(c.node), atom->tag[i]);

@@ -18,7 +18,9 @@ FixStyle(defe,FixDefe);
 #include "defe_records.h"
 
 #include "defe/coupling/cohesive.h"
+#include "defe/coupling/conversion_plan.h"
 #include "defe/coupling/corner_strain.h"
+#include "defe/coupling/criterion.h"
 #include "defe/coupling/event_log.h"
 #include "defe/coupling/ledger.h"
 #include "defe/coupling/subcycle.h"
@@ -114,9 +116,12 @@ class FixDefe : public Fix {
     std::string name;
     int material = -1;
     bool convertible = false;
-    double stress = 0.0;         // conversion stress
-    int type = 0;                // atom type of its DEs
-    int group = 0;               // group its DEs join
+    std::shared_ptr<const defe::ConversionCriterion> criterion;
+    std::string
+        criterion_words;    // name and numbers; of the largest principal stress the number alone
+    double stress = 0.0;    // in uniaxial tension, at which elements convert
+    int type = 0;           // atom type of its DEs
+    int group = 0;          // group its DEs join
     double shield_time = 0.0;    // tau = 3 h / c_d, from the mean element size
     std::string start;           // region converted at step 0, "all", or empty
   };
@@ -382,23 +387,20 @@ class FixDefe : public Fix {
 
   // ---- conversion ----
   bigint convert_step = -1;
-  struct Converting {
-    tagint id, lot;
-    tagint node[8];
-    double x[8][3];
-  };
-  std::vector<Converting> converting;    // at least those with a node on this rank, by ID
+  std::vector<defe::ConvertingHex> converting;    // at least those with a node on this rank, by ID
   // by atom: index into converting, and corner
   std::unordered_map<int, std::vector<std::pair<int, int>>> marked_at;
-  void tell_neighbours(std::vector<Converting> &&);
+  void tell_neighbours(std::vector<defe::ConvertingHex> &&);
   struct BallShare {
     tagint element, node, ball;
     double energy, push;
   };
-  void ball_shares(const std::unordered_map<tagint, const Converting *> &,
-                   std::vector<BallShare> &);
+  void ball_shares(const defe::ConversionPlan &, std::vector<BallShare> &);
   double first_conversion = -1.0, first_damage = -1.0;    // times
   void mark_elements();
+  int set_criterion(Part &, const std::vector<std::string> &words);
+  double criterion_value(const Batch &, int e, defe::Vec3 &direction) const;
+  bool is_shielded(HexRecord &, const Part &, double value, const defe::Vec3 &direction) const;
   void schedule_conversion(int steps);
 
   // whether any rank has marked elements is asked at the end of a step, and the answer is taken in
@@ -407,7 +409,20 @@ class FixDefe : public Fix {
   MPI_Request mark_request = MPI_REQUEST_NULL;
   void ask_marks();
   void take_marks();
+  struct Conversion;
+  struct OwnConversion;
   void convert_marked();
+  void collect_marked(Conversion &);
+  void ties_to_joints(const defe::ConversionPlan &);
+  void update_beside(const defe::ConversionPlan &);
+  void add_shields(const defe::ConversionPlan &, HexRecord &, const std::array<int, 8> &idx);
+  void add_births(Conversion &, const OwnConversion &);
+  static void fill_record(DERecord &, const defe::NewDE &, const defe::PlannedDE &);
+  void hold_apart(tagint tag, DERecord &, int slot, const defe::PlannedDE &, const defe::NewDE &,
+                  const std::array<int, 8> &idx, const defe::fe::HexCoords &element);
+  bigint remove_converted(const Conversion &);
+  void create_des(const Conversion &);
+  void finish_conversion(bigint converted, bigint nodes_gone);
   std::vector<tagint> deal_lots(const std::vector<tagint> &elements);
   void register_newcomer(int i);
   void check_newcomers();

@@ -516,13 +516,12 @@ void FixDefe::report_balls()
    their DEs take it over
 ------------------------------------------------------------------------- */
 
-void FixDefe::ball_shares(const std::unordered_map<tagint, const Converting *> &gone,
-                          std::vector<BallShare> &shares)
+void FixDefe::ball_shares(const defe::ConversionPlan &plan, std::vector<BallShare> &shares)
 {
   for (const auto &pair : surface.balls) {
     const auto &facet = surface.facets[pair.facet];
     const auto element = static_cast<tagint>(facet.element);
-    if (!facet.outer || !gone.count(element)) continue;
+    if (!facet.outer || !plan.converting(element)) continue;
     Vec3 force = Vec3::Zero();
     defe::FacetLoad load;
     const auto r =

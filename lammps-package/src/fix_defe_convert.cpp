@@ -19,14 +19,13 @@
 #include "modify.h"
 #include "update.h"
 
-#include "defe/coupling/conversion.h"
+#include "defe/coupling/conversion_plan.h"
 #include "defe/fe/hex8.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <unordered_map>
-#include <unordered_set>
 
 using namespace LAMMPS_NS;
 using defe::Vec3;
@@ -131,7 +130,7 @@ double FixDefe::distance_if_swung(int i, const tagint *face, int corner, const H
    have its first node as a ghost, and all others have one of these nodes
 ------------------------------------------------------------------------- */
 
-void FixDefe::tell_neighbours(std::vector<Converting> &&mine)
+void FixDefe::tell_neighbours(std::vector<defe::ConvertingHex> &&mine)
 {
   converting = std::move(mine);
   if (comm->nprocs == 1 && atom->nghost == 0) return;
@@ -162,104 +161,141 @@ void FixDefe::tell_neighbours(std::vector<Converting> &&mine)
 }
 
 /* ----------------------------------------------------------------------
-   convert all marked elements, of all ranks, together
+   one conversion, of all ranks together
 ------------------------------------------------------------------------- */
+
+/** An element of this rank that converts. */
+struct FixDefe::OwnConversion {
+  HexRecord *hex;
+  const defe::ConvertingHex *planned;
+  const std::array<int, 8> *idx;
+  int kernel;
+};
+
+struct FixDefe::Conversion {
+  struct Birth {
+    defe::NewDE de;
+    DERecord record;
+    tagint tag, node;
+    int part;
+    imageint image;
+  };
+  std::vector<OwnConversion> own;    // by ID
+  std::unique_ptr<const defe::ConversionPlan> plan;
+  std::vector<BallShare> from_balls;
+  std::vector<Birth> births;
+};
 
 void FixDefe::convert_marked()
 {
-  const int nlocal = atom->nlocal;
-  const int nall = nlocal + atom->nghost;
-
   ghost_positions();
   note_energy_in_walls();
-  double **x = atom->x;
-  double **v = atom->v;
   if (contact_factor > 0.0) {
     ledger.conv_strain += contact_energy_now();
     contact_to_book = true;
   }
 
-  // every rank learns which elements near its own convert now
-
-  struct Own {
-    HexRecord *hex;
-    tagint id, lot;
-    const std::array<int, 8> *idx;
-    int kernel;
-  };
-  std::vector<Own> own;
-  for (auto &b : batches) {
-    if (!b.convertible) continue;
-    for (size_t e = 0; e < b.hex.size(); e++)
-      if (b.hex[e]->marked) own.push_back({b.hex[e], b.hex[e]->id, 0, &b.node[e], b.kernel});
-  }
-  std::sort(own.begin(), own.end(), [](const Own &a, const Own &b) {
-    return a.id < b.id;
-  });
-  {
-    std::vector<tagint> ids;
-    for (const auto &o : own) ids.push_back(o.id);
-    const auto lots = deal_lots(ids);
-    std::vector<Converting> mine(own.size());
-    for (size_t k = 0; k < own.size(); k++) {
-      mine[k].id = own[k].id;
-      mine[k].lot = own[k].lot = lots[k];
-      for (int a = 0; a < 8; a++) {
-        mine[k].node[a] = own[k].hex->node[a];
-        for (int d = 0; d < 3; d++) mine[k].x[a][d] = x[(*own[k].idx)[a]][d];
-      }
-    }
-    tell_neighbours(std::move(mine));
-  }
-  std::unordered_map<tagint, const Converting *> now_gone;
-  std::unordered_map<tagint, std::vector<const Converting *>> at_node;
-  for (const auto &c : converting) {
-    now_gone[c.id] = &c;
-    for (tagint t : c.node) at_node[t].push_back(&c);
-  }
-  std::vector<BallShare> from_balls;
-  ball_shares(now_gone, from_balls);
-  const auto coords_of = [](const Converting &c) {
-    HexCoords nodes;
-    for (int a = 0; a < 8; a++) nodes.col(a) = Vec3(c.x[a]);
-    return nodes;
-  };
-
-  // strain energy before: of the elements, and of the DEs that are tied to them
-
-  for (const auto &o : own) {
+  Conversion c;
+  collect_marked(c);
+  ball_shares(*c.plan, c.from_balls);
+  for (const auto &o : c.own) {    // strain energy before
     HexCoords xe, Xe;
     hex_coords(o.idx->data(), xe, Xe);
     ledger.conv_strain += kernels[o.kernel].kernel->energy(xe, Xe);
   }
+  ties_to_joints(*c.plan);
+  update_beside(*c.plan);
 
-  // DEs tied to them get joints instead of ties
+  loss_mass.assign(atom->nlocal + atom->nghost, 0.0);
+  loss_count.assign(atom->nlocal + atom->nghost, 0);
+  for (const auto &o : c.own) {
+    add_births(c, o);
+    defe::Event e{};
+    e.step = update->ntimestep;
+    e.time = now();
+    e.what = defe::EventKind::CONVERT;
+    e.a = o.hex->id;
+    e.b = o.hex->part + 1;
+    HexCoords xe, Xe;
+    hex_coords(o.idx->data(), xe, Xe);
+    const Vec3 centre = Xe.rowwise().mean();
+    domain->unmap(centre.data(), atom->image[(*o.idx)[0]], e.x);    // never wrapped
+    e.value = element_mass(parts[o.hex->part], o.hex->volume);
+    record_event(e);
+  }
+  const bigint nodes_gone = remove_converted(c);
+  create_des(c);
+  finish_conversion(static_cast<bigint>(c.own.size()), nodes_gone);
+}
 
+/* ----------------------------------------------------------------------
+   every rank learns which elements near its own convert now
+------------------------------------------------------------------------- */
+
+void FixDefe::collect_marked(Conversion &c)
+{
+  double **x = atom->x;
+  for (auto &b : batches) {
+    if (!b.convertible) continue;
+    for (size_t e = 0; e < b.hex.size(); e++)
+      if (b.hex[e]->marked) c.own.push_back({b.hex[e], nullptr, &b.node[e], b.kernel});
+  }
+  std::sort(c.own.begin(), c.own.end(), [](const auto &p, const auto &q) {
+    return p.hex->id < q.hex->id;
+  });
+  std::vector<tagint> ids;
+  for (const auto &o : c.own) ids.push_back(o.hex->id);
+  const auto lots = deal_lots(ids);
+  std::vector<defe::ConvertingHex> mine(c.own.size());
+  for (size_t k = 0; k < c.own.size(); k++) {
+    mine[k].id = ids[k];
+    mine[k].lot = lots[k];
+    for (int a = 0; a < 8; a++) {
+      mine[k].node[a] = c.own[k].hex->node[a];
+      for (int d = 0; d < 3; d++) mine[k].x[a][d] = x[(*c.own[k].idx)[a]][d];
+    }
+  }
+  tell_neighbours(std::move(mine));
+  c.plan = std::make_unique<const defe::ConversionPlan>(de_base, std::move(converting));
+  for (auto &o : c.own) o.planned = c.plan->converting(o.hex->id);
+}
+
+/* ----------------------------------------------------------------------
+   DEs that are tied to elements that convert get joints instead of ties
+------------------------------------------------------------------------- */
+
+void FixDefe::ties_to_joints(const defe::ConversionPlan &plan)
+{
+  const auto ends = [&plan](const JointSlot &slot) {
+    return slot.kind == DefeJoint::TIE && plan.converting(slot.other);
+  };
   for (int d = 0; d < jt.nde; d++) {
     if (d + 2 < jt.nde) prefetch(jt.rec[d + 2]);
     DERecord &r = *jt.rec[d];
-    bool touched = false;
-    for (auto &slot : r.slot)
-      if (slot.kind == DefeJoint::TIE && now_gone.count(slot.other)) touched = true;
-    if (!touched) continue;
+    if (std::none_of(std::begin(r.slot), std::end(r.slot), ends)) continue;
     if (!r.newborn) ledger.conv_strain += de_energy(d, jt.present[d]);
     r.newborn = 1;
-    for (auto &slot : r.slot)
-      if (slot.kind == DefeJoint::TIE && now_gone.count(slot.other)) {
-        const Converting &behind = *now_gone[slot.other];
-        slot.apart = distance_if_swung(jt.self[d], slot.face_node, slot.corner, coords_of(behind),
-                                       slot.part);
-        if (slot.apart > 0.0) slot.state = DefeJoint::CONTACT;
-        slot.kind = DefeJoint::DE;
-        slot.other = de_tag(behind.lot, slot.corner);
-      }
+    for (auto &slot : r.slot) {
+      if (!ends(slot)) continue;
+      const auto element = plan.converting(slot.other)->coords();
+      slot.apart = distance_if_swung(jt.self[d], slot.face_node, slot.corner, element, slot.part);
+      if (slot.apart > 0.0) slot.state = DefeJoint::CONTACT;
+      slot.kind = DefeJoint::DE;
+      slot.other = static_cast<tagint>(plan.joint_of_tie(slot.other, slot.corner));
+    }
   }
+}
 
-  // elements beside them: the face behind is free now, and the crack shields them
+/* ----------------------------------------------------------------------
+   elements beside them: the face behind is free now, and the crack shields them
+------------------------------------------------------------------------- */
 
-  std::vector<char> beside(nall, 0);
-  for (const auto &c : at_node)
-    for (int i = local_of(c.first); i >= 0; i = atom->sametag[i]) beside[i] = 1;
+void FixDefe::update_beside(const defe::ConversionPlan &plan)
+{
+  std::vector<char> beside(atom->nlocal + atom->nghost, 0);
+  plan.for_nodes([&](tagint node) {
+    for (int i = local_of(node); i >= 0; i = atom->sametag[i]) beside[i] = 1;
+  });
   for (auto &b : batches)
     for (size_t e = 0; e < b.hex.size(); e++) {
       const auto &idx = b.node[e];
@@ -268,171 +304,149 @@ void FixDefe::convert_marked()
           }))
         continue;
       HexRecord &h = *b.hex[e];
-      if (now_gone.count(h.id)) continue;
-      for (tagint &nb : h.nb) {
-        const auto gone = nb > 0 ? now_gone.find(nb) : now_gone.end();
-        if (gone != now_gone.end()) nb = -gone->second->lot;
-      }
-      if (!b.convertible || !shield) continue;
-      std::unordered_set<tagint> seen;
-      double centre[3] = {0.0, 0.0, 0.0};
-      for (int a = 0; a < 8; a++) {
-        auto found = at_node.find(h.node[a]);
-        if (found == at_node.end()) continue;
-        if (seen.empty())
-          for (int c = 0; c < 8; c++)
-            for (int k = 0; k < 3; k++) centre[k] += 0.125 * x[b.node[e][c]][k];
-        for (const auto *c : found->second) {
-          if (!seen.insert(c->id).second) continue;
-          double del[3];
-          for (int k = 0; k < 3; k++) {
-            del[k] = -centre[k];
-            for (const auto &xa : c->x) del[k] += 0.125 * xa[k];
-          }
-          for (int k = 0; k < 3; k++)
-            if (domain->periodicity[k])
-              del[k] -= domain->prd[k] * std::round(del[k] / domain->prd[k]);
-          defe::Shield s;
-          s.direction = Vec3(del[0], del[1], del[2]);
-          s.time = now();
-          h.with_extra().shields.push_back(s);
-        }
-      }
-      // at most one entry per neighbour: the oldest ones have had their time
-      if (h.extra)
-        while (h.extra->shields.size() > 26) h.extra->shields.erase(h.extra->shields.begin());
+      if (plan.converting(h.id)) continue;
+      for (tagint &nb : h.nb) nb = static_cast<tagint>(plan.behind_now(nb));
+      if (b.convertible && shield) add_shields(plan, h, idx);
     }
+}
 
-  // the new DEs
-
-  struct Birth {
-    defe::NewDE de;
-    DERecord record;
-    tagint tag, node;
-    int part;
-    imageint image;
-  };
-  std::vector<Birth> births;
-  loss_mass.assign(nall, 0.0);
-  loss_count.assign(nall, 0);
-  for (const auto &o : own) {
-    const HexRecord &h = *o.hex;
-    const Part &p = parts[h.part];
-    HexCoords Xe, xe, ve;
-    hex_coords(o.idx->data(), xe, Xe);
-    for (int a = 0; a < 8; a++)
-      for (int k = 0; k < 3; k++) ve(k, a) = v[(*o.idx)[a]][k];
-    const double mass = element_mass(p, h.volume);
-    for (int a = 0; a < 8; a++) {
-      loss_mass[(*o.idx)[a]] += 0.125 * mass;
-      loss_count[(*o.idx)[a]]++;
-    }
-    const auto eight = defe::convert_hex(Xe, xe, ve, mass);
-    ledger.conv_kinetic += defe::conversion_kinetic_loss(ve, mass, eight);
-
-    for (int k = 0; k < 8; k++) {
-      Birth birth;
-      birth.de = eight[k];
-      birth.part = h.part;
-      birth.node = h.node[k];
-      birth.image = atom->image[(*o.idx)[0]];    // positions are in the frame of that node
-      birth.tag = de_tag(o.lot, k);
-      memset(static_cast<void *>(&birth.record), 0, sizeof(DERecord));
-      DERecord &r = birth.record;
-      r.element = h.id;
-      r.corner = k;
-      r.part = h.part;
-      r.volume = eight[k].volume;
-      r.newborn = 1;
-      r.lot = o.lot;
-      for (int s = 0; s < 6; s++) {
-        JointSlot &slot = r.slot[s];
-        const double area = eight[k].area[s];
-        slot.area = area;
-        for (int c = 0; c < 3; c++) {
-          slot.face[c] = eight[k].face[s][c];
-          slot.normal[c] = area > 0.0 ? eight[k].area_normal[s][c] / area : 0.0;
-        }
-        slot.state = DefeJoint::CONNECTIVE;
-        if (!defe::slot_is_outer(k, s)) {
-          const int other = defe::fe::hex_edge_neighbor(k, s / 2);
-          slot.kind = DefeJoint::DE;
-          slot.other = de_tag(o.lot, other);
-          slot.partner = static_cast<signed char>(s ^ 1);
-          slot.corner = static_cast<signed char>(other);
-          continue;
-        }
-        const tagint nb = h.nb[s];
-        if (nb == 0) {
-          slot.kind = DefeJoint::NONE;
-          continue;
-        }
-        const int pos = defe::fe::hex_face_position(s, k);
-        const int q = (h.nbrot[s] - pos + 4) % 4;
-        const int corner = defe::fe::hex_face[static_cast<int>(h.nbface[s])][q];
-        slot.corner = static_cast<signed char>(corner);
-        slot.partner = h.nbface[s];
-        tagint face_node[4];
-        for (int c = 0; c < 4; c++) face_node[c] = h.node[defe::fe::hex_face[s][(pos + c) % 4]];
-        if (nb < 0 || now_gone.count(nb)) {
-          slot.kind = DefeJoint::DE;
-          slot.other = de_tag(nb < 0 ? -nb : now_gone[nb]->lot, corner);
-          const int j = nb < 0 ? domain->closest_image((*o.idx)[k], local_of(slot.other)) : -1;
-          if (j < 0) continue;    // born now, too; or deleted
-          slot.apart = distance_if_swung(j, face_node, k, xe, h.part);
-          if (slot.apart > 0.0) {
-            slot.state = DefeJoint::CONTACT;
-            defe::Event e{update->ntimestep,
-                          now(),
-                          defe::EventKind::BROKEN,
-                          birth.tag,
-                          slot.other,
-                          {},
-                          {},
-                          1.0};
-            if (e.a > e.b) std::swap(e.a, e.b);
-            const Vec3 middle = 0.5 * (eight[k].X + Vec3(xframe[j]));
-            domain->unmap(middle.data(), birth.image, e.x);
-            for (int c = 0; c < 3; c++) e.n[c] = slot.normal[c];
-            record_event(e);
-            note_damage();
-          }
-        } else {
-          slot.kind = DefeJoint::TIE;
-          slot.other = nb;
-          slot.part = h.nbpart[s];
-          for (int c = 0; c < 4; c++) slot.face_node[c] = face_node[c];
-        }
-      }
-      for (const auto &slot : r.slot) {
-        if (slot.kind != DefeJoint::NONE) continue;
-        const double distance = Vec3(slot.face).dot(Vec3(slot.normal));
-        if (r.outer_distance > 0.0 && distance >= r.outer_distance) continue;
-        r.outer_distance = distance;
-        r.outer_area = slot.area;
-      }
-      if (r.outer_distance == 0.0) {
-        r.outer_distance = eight[k].radius;
-        r.outer_area = 4.0 * eight[k].radius * eight[k].radius;
-      }
-      births.push_back(birth);
-    }
-
-    defe::Event e;
-    e.step = update->ntimestep;
-    e.time = now();
-    e.what = defe::EventKind::CONVERT;
-    e.a = h.id;
-    e.b = h.part + 1;
-    const Vec3 centre = Xe.rowwise().mean();
-    domain->unmap(centre.data(), atom->image[(*o.idx)[0]], e.x);    // never wrapped
-    for (double &n : e.n) n = 0.0;
-    e.value = mass;
-    record_event(e);
+void FixDefe::add_shields(const defe::ConversionPlan &plan, HexRecord &h,
+                          const std::array<int, 8> &idx)
+{
+  const auto around = plan.around(h.node);
+  if (around.empty()) return;
+  Vec3 centre = Vec3::Zero();
+  for (int i : idx)
+    for (int k = 0; k < 3; k++) centre[k] += 0.125 * atom->x[i][k];
+  for (const auto *c : around) {
+    Vec3 del = defe::direction_to(*c, centre);
+    for (int k = 0; k < 3; k++)
+      if (domain->periodicity[k]) del[k] -= domain->prd[k] * std::round(del[k] / domain->prd[k]);
+    h.with_extra().shields.push_back({del, now()});
   }
+  // at most one entry per neighbour: the oldest ones have had their time
+  auto &list = h.extra->shields;
+  if (list.size() > 26) list.erase(list.begin(), list.end() - 26);
+}
 
-  // nodes lose an eighth of each; those without elements go
+/* ----------------------------------------------------------------------
+   the eight DEs of one element, and what its nodes lose
+------------------------------------------------------------------------- */
 
+void FixDefe::add_births(Conversion &c, const OwnConversion &o)
+{
+  const HexRecord &h = *o.hex;
+  const auto &idx = *o.idx;
+  HexCoords Xe, xe, ve;
+  hex_coords(idx.data(), xe, Xe);
+  for (int a = 0; a < 8; a++)
+    for (int k = 0; k < 3; k++) ve(k, a) = atom->v[idx[a]][k];
+  const double mass = element_mass(parts[h.part], h.volume);
+  for (int i : idx) {
+    loss_mass[i] += defe::ConversionPlan::node_share * mass;
+    loss_count[i]++;
+  }
+  const auto eight = defe::convert_hex(Xe, xe, ve, mass);
+  ledger.conv_kinetic += defe::conversion_kinetic_loss(ve, mass, eight);
+
+  defe::HexNeighbors neighbors;
+  for (int f = 0; f < 6; f++) {
+    neighbors.behind[f] = h.nb[f];
+    neighbors.face[f] = h.nbface[f];
+    neighbors.rotation[f] = h.nbrot[f];
+    neighbors.part[f] = h.nbpart[f];
+  }
+  const auto planned = c.plan->births(*o.planned, neighbors, eight);
+  for (int k = 0; k < 8; k++) {
+    Conversion::Birth birth;
+    birth.de = eight[k];
+    birth.part = h.part;
+    birth.node = h.node[k];
+    birth.image = atom->image[idx[0]];    // positions are in the frame of that node
+    birth.tag = static_cast<tagint>(planned[k].id);
+    DERecord &r = birth.record;
+    fill_record(r, eight[k], planned[k]);
+    r.element = h.id;
+    r.corner = k;
+    r.part = h.part;
+    r.lot = static_cast<tagint>(o.planned->lot);
+    for (int s = 0; s < 6; s++)
+      if (planned[k].slot[s].to_older) hold_apart(birth.tag, r, s, planned[k], eight[k], idx, xe);
+    c.births.push_back(birth);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   record of a DE as it is planned
+------------------------------------------------------------------------- */
+
+void FixDefe::fill_record(DERecord &r, const defe::NewDE &de, const defe::PlannedDE &planned)
+{
+  static_assert(static_cast<int>(defe::PlannedSlot::JOINT) == DefeJoint::DE &&
+                    static_cast<int>(defe::PlannedSlot::TIE) == DefeJoint::TIE,
+                "the same kinds");
+  memset(static_cast<void *>(&r), 0, sizeof(DERecord));
+  r.volume = de.volume;
+  r.newborn = 1;
+  r.outer_distance = planned.outer_distance;
+  r.outer_area = planned.outer_area;
+  for (int s = 0; s < 6; s++) {
+    const auto &plan = planned.slot[s];
+    JointSlot &slot = r.slot[s];
+    const double area = de.area[s];
+    slot.area = area;
+    for (int c = 0; c < 3; c++) {
+      slot.face[c] = de.face[s][c];
+      slot.normal[c] = area > 0.0 ? de.area_normal[s][c] / area : 0.0;
+    }
+    slot.state = DefeJoint::CONNECTIVE;
+    slot.kind = plan.kind;
+    slot.other = static_cast<tagint>(plan.other);
+    slot.partner = plan.partner;
+    slot.corner = plan.corner;
+    slot.part = plan.part;
+    if (plan.kind == defe::PlannedSlot::TIE)
+      for (int c = 0; c < 4; c++) slot.face_node[c] = static_cast<tagint>(plan.face_node[c]);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   a joint to a DE that was tied to the element: where that has swung too far, it is broken from the start
+------------------------------------------------------------------------- */
+
+void FixDefe::hold_apart(tagint tag, DERecord &r, int s, const defe::PlannedDE &planned,
+                         const defe::NewDE &de, const std::array<int, 8> &idx,
+                         const HexCoords &element)
+{
+  JointSlot &slot = r.slot[s];
+  const int j = domain->closest_image(idx[r.corner], local_of(slot.other));
+  if (j < 0) return;    // deleted
+  tagint face_node[4];
+  for (int c = 0; c < 4; c++) face_node[c] = static_cast<tagint>(planned.slot[s].face_node[c]);
+  slot.apart = distance_if_swung(j, face_node, r.corner, element, r.part);
+  if (!(slot.apart > 0.0)) return;
+  slot.state = DefeJoint::CONTACT;
+  defe::Event e{};
+  e.step = update->ntimestep;
+  e.time = now();
+  e.what = defe::EventKind::BROKEN;
+  e.a = MIN(tag, slot.other);
+  e.b = MAX(tag, slot.other);
+  const Vec3 middle = 0.5 * (de.X + Vec3(xframe[j]));
+  domain->unmap(middle.data(), atom->image[idx[0]], e.x);
+  for (int c = 0; c < 3; c++) e.n[c] = slot.normal[c];
+  e.value = 1.0;
+  record_event(e);
+  note_damage();
+}
+
+/* ----------------------------------------------------------------------
+   the elements go, and nodes that have none any more; returns how many nodes of this rank
+------------------------------------------------------------------------- */
+
+bigint FixDefe::remove_converted(const Conversion &c)
+{
+  const int nlocal = atom->nlocal;
   comm_mode = LOSS;
   comm->reverse_comm(this, 2);
   for (int i = 0; i < nlocal; i++) {
@@ -447,10 +461,10 @@ void FixDefe::convert_marked()
                  "not change masses of nodes with 'set', change the density of the material",
                  atom->tag[i], update->ntimestep);
   }
-  for (const auto &o : own) {
+  for (const auto &o : c.own) {
     auto &list = hexes[(*o.idx)[0]];
     list.erase(std::find_if(list.begin(), list.end(), [&o](const HexRecord &h) {
-      return h.id == o.id;
+      return h.id == o.planned->id;
     }));
   }
   bigint nodes_gone = 0;
@@ -470,8 +484,16 @@ void FixDefe::convert_marked()
       n--;
     }
   atom->nlocal = n;
+  return nodes_gone;
+}
 
-  for (const auto &b : births) {
+/* ----------------------------------------------------------------------
+   atoms for the new DEs
+------------------------------------------------------------------------- */
+
+void FixDefe::create_des(const Conversion &c)
+{
+  for (const auto &b : c.births) {
     const Part &p = parts[b.part];
     double xnew[3] = {b.de.x[0], b.de.x[1], b.de.x[2]};
     atom->avec->create_atom(p.type, xnew);
@@ -494,12 +516,13 @@ void FixDefe::convert_marked()
     de[i] = std::make_unique<DERecord>(b.record);
     touch_at(i).fresh = true;
     const BallShare first{b.record.element, b.node, 0, 0.0, 0.0};
-    auto share = std::lower_bound(
-        from_balls.begin(), from_balls.end(), first, [](const BallShare &p, const BallShare &q) {
-          return p.element != q.element ? p.element < q.element : p.node < q.node;
-        });
-    for (;
-         share != from_balls.end() && share->element == first.element && share->node == first.node;
+    auto share = std::lower_bound(c.from_balls.begin(), c.from_balls.end(), first,
+                                  [](const BallShare &p, const BallShare &q) {
+                                    return p.element != q.element ? p.element < q.element
+                                                                  : p.node < q.node;
+                                  });
+    for (; share != c.from_balls.end() && share->element == first.element &&
+         share->node == first.node;
          ++share) {
       auto &list = touch_at(i).spheres;
       if (list.empty() || list.back().other != share->ball)
@@ -508,6 +531,14 @@ void FixDefe::convert_marked()
       list.back().push += share->push;
     }
   }
+}
+
+/* ----------------------------------------------------------------------
+   totals, and the atom map; local indices are void until the next reneighbouring
+------------------------------------------------------------------------- */
+
+void FixDefe::finish_conversion(bigint converted, bigint nodes_gone)
+{
   // a DE may be born up to 3/4 of an element outside the sub-domain of its element, and LAMMPS'
   // exchange moves atoms by one sub-domain only
 
@@ -517,8 +548,7 @@ void FixDefe::convert_marked()
     thin = thin || (width < domain->prd[d] && width < max_diagonal);
   }
 
-  bigint mine[4] = {atom->nlocal, static_cast<bigint>(own.size()), nodes_gone, thin ? 1 : 0},
-         all[4];
+  bigint mine[4] = {atom->nlocal, converted, nodes_gone, thin ? 1 : 0}, all[4];
   MPI_Allreduce(mine, all, 4, MPI_LMP_BIGINT, MPI_SUM, world);
   nodes_total -= all[2];
   atom->natoms = natoms_known = all[0];
@@ -535,8 +565,6 @@ void FixDefe::convert_marked()
     Irregular irregular(lmp);
     irregular.migrate_atoms(1);
   }
-
-  // local indices are void until the next reneighbouring
 
   for (auto &b : batches) b.clear();
   exposed.clear();

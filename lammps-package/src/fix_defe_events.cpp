@@ -55,6 +55,8 @@ void FixDefe::name_run()
     const std::string text = describe_part(p);
     run.add(text.c_str(), text.size() + 1);
     run.add(&p.stress, sizeof(double));
+    if (p.convertible && !utils::is_double(p.criterion_words))
+      run.add(p.criterion_words.c_str(), p.criterion_words.size());
   }
   run.add(&update->dt, sizeof(double));
   event_log.name_run(run.value(), all[1], all_elements);

@@ -133,8 +133,11 @@ double FixDefe::largest_stress() const
   for (const auto &b : batches) {
     if (!b.convertible) continue;
     const auto &kernel = *kernels[b.kernel].kernel;
+    // bounds of other criteria say nothing about it
+    const auto &part = parts[kernels[b.kernel].part];
+    const bool bounded = part.criterion->bound() == defe::fe::StressBound();
     for (size_t e = 0; e < b.node.size(); e++) {
-      if (b.bound[e] <= s1) continue;
+      if (bounded && b.bound[e] <= s1) continue;
       HexCoords x, X;
       hex_coords(b.node[e].data(), x, X);
       s1 = MAX(s1, defe::fe::max_principal(kernel.stress(x, X, Vec3::Zero())));

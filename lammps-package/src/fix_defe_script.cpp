@@ -43,7 +43,7 @@ std::map<std::string, std::string> FixDefe::settings() const
   s["every"] = std::to_string(subcycle.every());
   s["reproducible"] = reproducible ? "yes" : "no";
   for (const auto &p : parts)
-    if (p.convertible) s["convert " + p.name] = fmt::format("{}", p.stress);
+    if (p.convertible) s["convert " + p.name] = p.criterion_words;
   for (const auto &a : adhesives)
     s["adhesive " + parts[a.part].name + " " + parts[a.base].name] =
         fmt::format("{} {} {}", a.law.sigma_t, a.law.G_f, a.law.beta);

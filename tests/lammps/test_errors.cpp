@@ -378,7 +378,7 @@ std::vector<Mistake> of_all_ranks()
        {"start must be no, all or a region", "nowhere"}},
       {"convert_stress_negative", convert("-5 type 2"), {"conversion stress must be > 0"}},
       {"convert_stress_zero", convert("0 type 2"), {"conversion stress must be > 0"}},
-      {"convert_stress_nan", convert("nan type 2"), {"'nan'"}},
+      {"convert_stress_nan", convert("nan type 2"), {"must be a number, not nan"}},
       {"convert_stress_missing", front + fix.substr(0, fix.find(" 1e12")), {"convert", "missing"}},
       {"kernel_unknown", option("kernel fast"), {"kernel must be auto or lagrangian", "fast"}},
       {"stress_unknown", option("stress mean"), {"stress must be centre or gauss", "mean"}},

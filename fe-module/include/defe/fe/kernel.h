@@ -3,6 +3,7 @@
 
 #include "defe/exact_sum.h"
 #include "defe/fe/elastic.h"
+#include "defe/fe/principal.h"
 #include "defe/fe/topology.h"
 
 #include <memory>
@@ -39,9 +40,9 @@ class HexKernel {
   struct Output {
     /// [n] strain energy per element (stored energy W, for laws with history)
     double *energy = nullptr;
-    /// [n] upper bound of the largest principal Cauchy stress at the element's centre, see
-    /// max_principal_bound()
+    /// [n] stress_bound() of the Cauchy stress at the element's centre, by the weights below
     double *stress_bound = nullptr;
+    StressBound bound_weights;
     /// [6] sum over elements of sum_a x_a f_a is ADDED; order xx yy zz xy xz yz. Every element's
     /// forces are in balance, so this does not depend on the origin; it is evaluated relative to
     /// the element's first node for precision.

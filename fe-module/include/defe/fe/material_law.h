@@ -54,6 +54,8 @@ class LawWords {
   int count(const char *name, int lowest, int highest);
 
   int used() const { return next; }
+  /// The word that was read last.
+  const std::string &last() const { return words[next - 1]; }
   const std::string &complaint() const { return text; }
 
  private:

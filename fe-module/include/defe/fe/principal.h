@@ -11,6 +11,15 @@ double max_principal(const Mat3 &s);
 /// The same with its unit eigenvector; the sign of the vector is arbitrary.
 double max_principal(const Mat3 &s, Vec3 &direction);
 
+/// Weights of mean p + shear sqrt(J2/3), p = tr(s)/3: with the right ones an upper bound of any isotropic measure
+/// of a stress that is piecewise linear in its principal values (see coupling/criterion.h).
+struct StressBound {
+  double mean = 1.0, shear = 2.0;    ///< the largest principal value
+  bool operator==(const StressBound &b) const { return mean == b.mean && shear == b.shear; }
+};
+
+double stress_bound(const Mat3 &s, const StressBound &weights);
+
 /// Upper bound of the largest eigenvalue in a few flops: p + 2 sqrt(J2/3), p = tr(s)/3, where the
 /// exact value is p + 2 sqrt(J2/3) cos(theta), 0 <= theta <= pi/3 (theta: Lode angle). So it is
 /// exact in uniaxial tension and at most sqrt(J2/3) too high.

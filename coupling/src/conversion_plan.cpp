@@ -1,0 +1,100 @@
+#include "defe/coupling/conversion_plan.h"
+
+#include <algorithm>
+
+namespace defe {
+
+fe::HexCoords ConvertingHex::coords() const
+{
+  fe::HexCoords nodes;
+  for (int a = 0; a < 8; a++) nodes.col(a) = Vec3(x[a]);
+  return nodes;
+}
+
+Vec3 direction_to(const ConvertingHex &c, const Vec3 &from)
+{
+  Vec3 direction;
+  for (int k = 0; k < 3; k++) {
+    direction[k] = -from[k];
+    for (const auto &xa : c.x) direction[k] += 0.125 * xa[k];
+  }
+  return direction;
+}
+
+ConversionPlan::ConversionPlan(std::int64_t de_base, std::vector<ConvertingHex> all) :
+    base(de_base), list(std::move(all))
+{
+  for (const auto &c : list) {
+    by_id[c.id] = &c;
+    for (std::int64_t node : c.node) at_node[node].push_back(&c);
+  }
+}
+
+void ConversionPlan::add_at(std::int64_t node, std::vector<const ConvertingHex *> &found) const
+{
+  const auto here = at_node.find(node);
+  if (here == at_node.end()) return;
+  for (const ConvertingHex *c : here->second)
+    if (std::find(found.begin(), found.end(), c) == found.end()) found.push_back(c);
+}
+
+PlannedSlot ConversionPlan::outer_slot(const ConvertingHex &h, const HexNeighbors &n, int corner,
+                                       int face) const
+{
+  PlannedSlot slot;
+  const std::int64_t behind = n.behind[face];
+  if (behind == 0) return slot;
+  const int position = fe::hex_face_position(face, corner);
+  const int there = (n.rotation[face] - position + 4) % 4;    // the other way round
+  slot.corner = static_cast<signed char>(fe::hex_face[static_cast<int>(n.face[face])][there]);
+  slot.partner = n.face[face];
+  for (int c = 0; c < 4; c++) slot.face_node[c] = h.node[fe::hex_face[face][(position + c) % 4]];
+  const ConvertingHex *now = behind > 0 ? converting(behind) : nullptr;
+  if (behind < 0 || now) {
+    slot.kind = PlannedSlot::JOINT;
+    slot.other = de_id(now ? now->lot : -behind, slot.corner);
+    slot.to_older = !now;
+  } else {
+    slot.kind = PlannedSlot::TIE;
+    slot.other = behind;
+    slot.part = n.part[face];
+  }
+  return slot;
+}
+
+std::array<PlannedDE, 8> ConversionPlan::births(const ConvertingHex &h, const HexNeighbors &n,
+                                                const std::array<NewDE, 8> &eight) const
+{
+  std::array<PlannedDE, 8> planned;
+  for (int k = 0; k < 8; k++) {
+    PlannedDE &de = planned[k];
+    de.id = de_id(h.lot, k);
+    de.outer_distance = de.outer_area = 0.0;
+    for (int s = 0; s < 6; s++) {
+      PlannedSlot &slot = de.slot[s];
+      if (slot_is_outer(k, s)) {
+        slot = outer_slot(h, n, k, s);
+      } else {
+        const int other = fe::hex_edge_neighbor(k, s / 2);
+        slot.kind = PlannedSlot::JOINT;
+        slot.other = de_id(h.lot, other);
+        slot.partner = static_cast<signed char>(s ^ 1);
+        slot.corner = static_cast<signed char>(other);
+      }
+      if (slot.kind != PlannedSlot::FREE) continue;
+      const double area = eight[k].area[s];
+      const Vec3 normal = area > 0.0 ? Vec3(eight[k].area_normal[s] / area) : Vec3(Vec3::Zero());
+      const double distance = eight[k].face[s].dot(normal);
+      if (de.outer_distance > 0.0 && distance >= de.outer_distance) continue;
+      de.outer_distance = distance;
+      de.outer_area = area;
+    }
+    if (de.outer_distance == 0.0) {
+      de.outer_distance = eight[k].radius;
+      de.outer_area = 4.0 * eight[k].radius * eight[k].radius;
+    }
+  }
+  return planned;
+}
+
+}    // namespace defe

@@ -1,0 +1,39 @@
+#include "defe/coupling/criterion.h"
+
+#include <cmath>
+
+namespace defe {
+
+namespace {
+
+  /// sigma_1 > sigma_c: Rankine's criterion, in tension.
+  class Principal : public ConversionCriterion {
+   public:
+    explicit Principal(double stress) : stress(stress) {}
+    double value(const Mat3 &s, Vec3 &direction) const override
+    {
+      return fe::max_principal(s, direction);
+    }
+    double limit() const override { return stress; }
+    fe::StressBound bound() const override { return {1.0, 2.0}; }
+    double tensile_stress() const override { return stress; }
+    std::vector<double> numbers() const override { return {stress}; }
+
+   private:
+    double stress;
+  };
+
+  std::unique_ptr<ConversionCriterion> make(fe::LawWords &words, const fe::IsotropicElastic &,
+                                            std::string &complaint)
+  {
+    const double stress = words.number("conversion stress");
+    if (!(stress > 0.0)) complaint = "conversion stress must be > 0, not " + words.last();
+    return std::make_unique<Principal>(stress);
+  }
+
+}    // namespace
+
+extern const CriterionEntry principal_criterion;
+const CriterionEntry principal_criterion = {"principal", "principal stress", make};
+
+}    // namespace defe
