@@ -18,7 +18,7 @@ from results import read_energies, read_log, write_json
 
 LAYERS = 20  # of DEs over the depth, 1 mm each
 PER_LAYER = 10  # joints across the crack plane x = 0 in a layer
-PAPER = {  # us; theory.md, section 1
+PAPER = {  # us; from its text and Table 1
     "first_damage_us": {"dem": 25, "adaptive": 26},
     "crack_upper_us": {"dem": 45, "adaptive": 44},
     "crack_through_us": {"dem": 70, "adaptive": 70},

@@ -26,6 +26,9 @@
 #include "create_hexes.h"
 #include "fix_defe.h"
 #include "fix_defe_wall.h"
+#include "pair_defe_cohesive.h"
+#include "pair_defe_connective.h"
+#include "pair_defe_contact.h"
 #include "pair_defe_joint.h"
 
 #include <mpi.h>

@@ -23,6 +23,7 @@
 #include "region.h"
 #include "update.h"
 
+#include "defe/coupling/ghost_reach.h"
 #include "defe/fe/hex8.h"
 #include "defe/fe/principal.h"
 
@@ -36,11 +37,10 @@ using defe::Mat3;
 using defe::Vec3;
 using defe::fe::HexCoords;
 
-static constexpr size_t MAX_PARTS = 127;         // a signed char in the records
-static constexpr int WATCH_EVERY = 16;           // steps between looks at the speed of all atoms
-static constexpr int FLUSH_EVERY = 1000;         // steps between writes of the event file
-static constexpr int ENERGY_EVERY = 1000;        // and between looks at the balance of energies
-static constexpr double GHOSTS_BEHIND = 1.01;    // before a reneighbouring they are a step behind
+static constexpr size_t MAX_PARTS = 127;     // a signed char in the records
+static constexpr int WATCH_EVERY = 16;       // steps between looks at the speed of all atoms
+static constexpr int FLUSH_EVERY = 1000;     // steps between writes of the event file
+static constexpr int ENERGY_EVERY = 1000;    // and between looks at the balance of energies
 
 static constexpr int doubles(size_t bytes)
 {
@@ -474,7 +474,7 @@ void FixDefe::init()
   if (reproducible) make_grids();
   natoms_known = atom->natoms;
   doubtful_newcomers.clear();
-  longest_provided = MAX(longest_provided, 1.05 * max_diagonal);
+  longest_provided = MAX(longest_provided, defe::ghosts::growth * max_diagonal);
   const double cut = ghost_reach();
   if (comm->cutghostuser < cut) {
     if (comm->me == 0 && comm->cutghostuser > 0.0)
@@ -562,22 +562,15 @@ void FixDefe::setup_pre_exchange()
 
 double FixDefe::ghost_reach() const
 {
-  // nodes of an element from its first node; ends of joints and ties from their DE are nearer
-
-  double more = 0.0;
-
-  // a DE behind the far face of an element that converts, which may have swung about its tie there
-
-  if (des_total > 0) more = 0.4 * longest_provided;
-
-  // an element from a point that can get into contact with its facet, beside and under it; a ball
-  // from the element that it can touch
-
-  if (contact_factor > 0.0) {
-    const double facet = max_facet * longest_provided / max_diagonal;
-    more = MAX(more, MAX(0.65 * facet, largest_ball) + 1.5 * neighbor->skin);
-  }
-  return longest_provided + more;
+  defe::GhostNeeds needs;
+  needs.longest = longest_provided;
+  needs.diagonal = max_diagonal;
+  needs.facet_diagonal = max_facet;
+  needs.largest_ball = largest_ball;
+  needs.skin = neighbor->skin;
+  needs.des = des_total > 0;
+  needs.contact = contact_factor > 0.0;
+  return defe::ghost_reach(needs);
 }
 
 /* ----------------------------------------------------------------------
@@ -590,7 +583,7 @@ double FixDefe::longest_element() const
   double longest = 0.0;
   if ((comm->nprocs == 1 && atom->nghost == 0) || atom->nlocal == 0) return longest;
   const double *x = &atom->x[0][0];
-  const double enough = std::pow(longest_provided / GHOSTS_BEHIND, 2);
+  const double enough = std::pow(longest_provided / defe::ghosts::step_behind, 2);
   for (const auto &b : batches)
     for (const auto &idx : b.node) {
       double box = 0.0;    // a bound: diagonal of the box around it
@@ -619,7 +612,8 @@ void FixDefe::provide_ghosts(double longest)
 {
   double all = 0.0;
   MPI_Allreduce(&longest, &all, 1, MPI_DOUBLE, MPI_MAX, world);
-  if (GHOSTS_BEHIND * all > longest_provided) longest_provided = 1.05 * all;
+  if (defe::ghosts::step_behind * all > longest_provided)
+    longest_provided = defe::ghosts::growth * all;
   const double cut = ghost_reach();
   if (comm->cutghostuser >= cut) return;
   comm->cutghostuser = cut;
@@ -658,7 +652,7 @@ void FixDefe::find_all_nodes()
           longest = MAX(longest, defe::fe::max_diagonal(now));
       }
     MPI_Allreduce(&missing, &any, 1, MPI_INT, MPI_MAX, world);
-    if (any) longest = MAX(longest, 1.5 * longest_provided);
+    if (any) longest = MAX(longest, defe::ghosts::missing_node * longest_provided);
     provide_ghosts(longest);
     if (!any) return;
   }

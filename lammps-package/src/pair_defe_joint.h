@@ -142,27 +142,6 @@ class PairDefeJoint : public Pair {
   double release_of_step(JointSlot &, const defe::CohesiveResult &);
 };
 
-class PairDefeConnective : public PairDefeJoint {
- public:
-  PairDefeConnective(class LAMMPS *lmp) : PairDefeJoint(lmp)
-  {
-    with_cohesive = with_contact = false;
-  }
-};
-
-class PairDefeCohesive : public PairDefeJoint {
- public:
-  PairDefeCohesive(class LAMMPS *lmp) : PairDefeJoint(lmp) { with_contact = false; }
-};
-
-class PairDefeContact : public PairDefeJoint {
- public:
-  PairDefeContact(class LAMMPS *lmp) : PairDefeJoint(lmp)
-  {
-    with_connective = with_cohesive = false;
-  }
-};
-
 }    // namespace LAMMPS_NS
 
 #endif

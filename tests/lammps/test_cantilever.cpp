@@ -167,8 +167,7 @@ TEST(Cantilever, DeflectionByMinimize)
   EXPECT_NEAR(lmp.fe(E_ELEMENTS) / (0.5 * F * lmp.value("v_tipy")), 1.0, 1e-3);    // Clapeyron
 }
 
-// The elements at the clamp stay finite. theory.md: the deflection of the beam of DEs differs by 1
-// % or 2; asked: 5 %. The frequency goes with the root of the stiffness.
+// The elements at the clamp stay finite. The deflection of the beam of DEs differs by 1 or 2 %; asked: 5 %. The frequency goes with the root of the stiffness.
 TEST(Cantilever, DiscreteBeamBendsLikeFiniteBeam)
 {
   const Cantilever b{0.036, 0.006, 0.003, 24, 4, 2};

@@ -130,7 +130,7 @@ TEST(Cohesive, TensionTakesExactlyTheFractureEnergy)
       }
 }
 
-// theory.md: 34 J/m2 in all for this glass with joints of 1 mm; delta_c 0.333 um; 0.41 mm.
+// 34 J/m2 in all for this glass with joints of 1 mm; delta_c 0.333 um; 0.41 mm.
 TEST(Cohesive, FiguresOfTheGlassBeam)
 {
   const CohesiveState s = cohesive_start(60e6, zero, stiff, strength);

@@ -48,7 +48,7 @@ TEST(Facet, AreaVector)
   }
 }
 
-// theory.md section 7: the impactor's 18 lower nodes (3 x 6, 4 x 10 mm) against the glass.
+// The impactor's 18 lower nodes (3 x 6, 4 x 10 mm) against the glass.
 TEST(Penalty, ImpactorOfTheGlassBeam)
 {
   const fe::IsotropicElastic glass{74.09e9, 0.2, 2500.0};

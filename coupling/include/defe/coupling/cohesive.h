@@ -23,7 +23,8 @@
 /// the work is G_f k_n / (beta^2 k_s).
 ///
 /// Units: tractions N/m2, displacements m, stiffness N/m3, energies J/m2, or any consistent ones.
-/// Source: theory.md section 6, made thermodynamically consistent.
+/// After Gao and Zang, Eng. Anal. Bound. Elem. 42 (2014) 27, made thermodynamically consistent; linear softening
+/// with G_f as its area is that of Hillerborg, Modeer and Petersson, Cem. Concr. Res. 6 (1976) 773.
 
 #include "defe/types.h"
 

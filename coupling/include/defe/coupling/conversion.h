@@ -13,7 +13,9 @@
 /// of a uniform velocity gradient a quarter of the kinetic energy is left plus that of the spins.
 /// See conversion_kinetic_loss() for the energy ledger.
 ///
-/// Source: theory.md section 4.
+/// Eight DEs for an element: Lei and Zang, Comput. Mech. 46 (2010) 609, and "Adaptive combined DE/FE algorithm for
+/// analyzing impact fracture problem" (the paper of the glass beam). Spins and the share of each DE are this
+/// package's.
 
 #include <array>
 

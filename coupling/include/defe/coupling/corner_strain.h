@@ -19,8 +19,9 @@
 /// Only dot products of joint vectors enter, so forces are objective under any rotation, and
 /// linear and angular momentum are conserved; particle rotations play no part.
 ///
-/// A classical variant with normal and shear springs (theory.md) would be a file of its own with
-/// the same slots and half forces; it needs particle orientations, and torques beside the forces.
+/// A classical variant with normal and shear springs (Cundall and Strack, Geotechnique 29 (1979) 47) would be a
+/// file of its own with the same slots and half forces; it needs particle orientations, and torques beside the
+/// forces.
 ///
 /// The joint traction is the mean of (F S) N over the corners that share the joint: sum of the two
 /// ends' half forces over the joint's area, see corner_areas().
@@ -30,8 +31,8 @@
 /// parallelepipeds; distorted hexes leave some per cent (0.6, 1.1, 2.3 % rms of sigma d^2 with
 /// nodes moved by up to 5, 10, 20 % of the edge).
 ///
-/// Any consistent units. Source: theory.md section 3, except for h_a: there it is half the joint
-/// vector where a DE is on the other side. Between elements of different size that misses the
+/// Any consistent units. Written for this package: it has no source, but the tests. h_a is not half the joint
+/// vector where a DE is on the other side: between elements of different size that misses the
 /// border of the element, and boxes graded 2:1 leave 15 % of sigma d^2 in the patch test.
 
 #include "defe/types.h"

@@ -8,7 +8,8 @@
 /// two before the release wave arrives; which of them convert would depend on the time step. So an
 /// element does not convert while a neighbour that lies in the direction of its own largest tension
 /// has converted less than tau ago, unless its stress is far above the criterion. Neighbours in the
-/// plane of the crack are not shielded: the crack runs freely. Source: theory.md section 4.
+/// plane of the crack are not shielded: the crack runs freely. The rule is this
+/// package's own; what it does to the glass beam is in examples/glass_beam/README.md.
 
 #include "defe/types.h"
 
