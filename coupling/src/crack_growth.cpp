@@ -21,21 +21,14 @@ namespace {
     return Vec3(lattice.X[joint / 6]) + 0.5 * lattice.vector(joint);
   }
 
-  /// 64 random bits that belong to the place of a joint: the same whatever the numbering. Places are
-  /// rounded to a hundredth of the joint, off the multiples of the mesh size, so that rounding does not matter.
-  std::uint64_t place_hash(const CrackLattice &lattice, int joint)
+  /// Random bits of a joint: its place, or those of its two DEs.
+  std::uint64_t joint_key(const CrackLattice &lattice, int joint)
   {
-    const double grid = 0.0123456789 * lattice.vector(joint).norm();
-    const Vec3 c = centre(lattice, joint);
-    std::uint64_t h = 0x9e3779b97f4a7c15ull;
-    for (int k = 0; k < 3; ++k) {
-      h ^=
-          static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(c[k] / grid + 0.376543)));
-      h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ull;
-      h = (h ^ (h >> 27)) * 0x94d049bb133111ebull;
-      h ^= h >> 31;
-    }
-    return h;
+    if (!lattice.key) return crack_place_key(centre(lattice, joint), lattice.vector(joint).norm());
+    const std::uint64_t a = lattice.key[joint / 6], b = lattice.key[lattice.other_end(joint) / 6];
+    std::uint64_t h = (a ^ b) * 0xbf58476d1ce4e5b9ull + a + b;    // either end may be the lower one
+    h = (h ^ (h >> 27)) * 0x94d049bb133111ebull;
+    return h ^ (h >> 31);
   }
 
   /// The share of 21 of the bits in [0, 1).
@@ -118,6 +111,15 @@ void CrackGrowth::add_crack(const CrackLattice &lattice, int joint, const CrackM
       regular = regular && ring.size <= 4;
   if (cracks.insert_or_assign(lower, memory).second) crack_list.push_back({lower, regular});
   sorted = false;
+}
+
+void CrackGrowth::remove_crack(const CrackLattice &lattice, int joint)
+{
+  const int lower = lattice.lower_end(joint);
+  if (cracks.erase(lower) == 0) return;
+  crack_list.erase(std::find_if(crack_list.begin(), crack_list.end(), [&](const Listed &c) {
+    return c.joint == lower;
+  }));
 }
 
 Vec3 CrackGrowth::crack_point(const CrackLattice &lattice, int joint) const
@@ -386,7 +388,7 @@ bool CrackGrowth::could_nucleate(const CrackLattice &lattice, const Hot &h,
                                  const CrackGrowthParameters &par, double *excess, Vec3 *m) const
 {
   if (h.value < 1.0) return false;
-  const std::uint64_t hash = place_hash(lattice, h.joint);
+  const std::uint64_t hash = joint_key(lattice, h.joint);
   *excess = h.value / (1.0 + par.scatter * uniform(hash, 0));
   if (*excess < 1.0) return false;
   *m = largest_principal(h.S, random_direction(hash)).direction;
@@ -415,7 +417,7 @@ void CrackGrowth::nuclei(const CrackLattice &lattice, const CrackGrowthParameter
   }
 }
 
-void CrackGrowth::enter(const CrackLattice &lattice, const CrackStrength &strength)
+void CrackGrowth::enter(const CrackLattice &lattice, const CrackStrength &strength, double share)
 {
   for (const auto &[crack, tie] : waiting) {
     const int d = tie / 6;
@@ -423,7 +425,7 @@ void CrackGrowth::enter(const CrackLattice &lattice, const CrackStrength &streng
     const double limit = strength(d, d);
     if (d >= lattice.owned || !(s.slot_volume[tie % 6] > 0.0) || !std::isfinite(limit)) continue;
     const Vec3 m = normal(crack);
-    if (m.dot(crack_tensor(s.slot[tie % 6]) * m) >= limit * s.slot_volume[tie % 6])
+    if (m.dot(crack_tensor(s.slot[tie % 6]) * m) >= share * limit * s.slot_volume[tie % 6])
       entries.push_back(tie);
   }
   std::sort(entries.begin(), entries.end());
@@ -436,7 +438,7 @@ void CrackGrowth::decide(const CrackLattice &lattice, const CrackStrength &stren
   starts.clear();
   entries.clear();
   if (active.empty()) return;
-  enter(lattice, strength);
+  enter(lattice, strength, par.entry);
   find_hot(lattice, strength);
   if (hot.empty()) return;
   votes.clear();

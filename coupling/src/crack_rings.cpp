@@ -2,6 +2,8 @@
 
 #include "defe/coupling/conversion.h"
 
+#include <cmath>
+
 namespace defe {
 
 namespace {
@@ -26,6 +28,20 @@ namespace {
   }
 
 }    // namespace
+
+std::uint64_t crack_place_key(const Vec3 &place, double size)
+{
+  const double grid = 0.0123456789 * size;
+  std::uint64_t h = 0x9e3779b97f4a7c15ull;
+  for (int k = 0; k < 3; ++k) {
+    h ^= static_cast<std::uint64_t>(
+        static_cast<std::int64_t>(std::floor(place[k] / grid + 0.376543)));
+    h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ull;
+    h = (h ^ (h >> 27)) * 0x94d049bb133111ebull;
+    h ^= h >> 31;
+  }
+  return h;
+}
 
 bool crack_ring(const CrackLattice &lattice, int de, int out, int back, CrackRing &ring)
 {

@@ -1,6 +1,7 @@
 #include "defe/coupling/crack_softening.h"
 
-#include <Eigen/SVD>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -33,7 +34,7 @@ namespace {
 
   struct Frame {
     DERotation end[2];
-    Mat3 R;
+    Eigen::Quaterniond turn;
     bool defined;
   };
 
@@ -45,11 +46,11 @@ namespace {
     frame.end[1] = de_rotation(far, use_far);
     frame.defined = frame.end[0].defined || frame.end[1].defined;
     if (frame.end[0].defined && frame.end[1].defined) {
-      const Eigen::Quaterniond a(frame.end[0].R), b(frame.end[1].R);
-      Eigen::Vector4d sum = a.coeffs() + (a.dot(b) < 0.0 ? -1.0 : 1.0) * b.coeffs();
-      frame.R = Eigen::Quaterniond(Eigen::Vector4d(sum.normalized())).toRotationMatrix();
+      const Eigen::Vector4d a(frame.end[0].quaternion), b(frame.end[1].quaternion);
+      const Eigen::Vector4d sum = a + (a.dot(b) < 0.0 ? -1.0 : 1.0) * b;
+      frame.turn = Eigen::Quaterniond(Eigen::Vector4d(sum.normalized()));
     } else if (frame.defined) {
-      frame.R = frame.end[frame.end[0].defined ? 0 : 1].R;
+      frame.turn = Eigen::Quaterniond(frame.end[frame.end[0].defined ? 0 : 1].quaternion);
     }
     return frame;
   }
@@ -87,6 +88,60 @@ namespace {
 
 // --- rotation ---------------------------------------------------------------
 
+namespace {
+
+  /// Largest root of the characteristic polynomial of Horn's matrix for A of Frobenius norm 1: the sum of the singular
+  /// values (the least one negative if det A < 0). Newton's method from above: all roots are real.
+  double horn_eigenvalue(const Mat3 &A)
+  {
+    const double det = A.determinant();
+    Mat3 cofactor;
+    cofactor.col(0) = A.col(1).cross(A.col(2));
+    cofactor.col(1) = A.col(2).cross(A.col(0));
+    cofactor.col(2) = A.col(0).cross(A.col(1));
+    const double c0 = 1.0 - 4.0 * cofactor.squaredNorm();
+    double x = std::sqrt(3.0);
+    for (int k = 0; k < 60; ++k) {
+      const double p = ((x * x - 2.0) * x - 8.0 * det) * x + c0;
+      const double slope = (4.0 * x * x - 4.0) * x - 8.0 * det;
+      if (!(slope > 0.0)) break;
+      const double step = p / slope;
+      x -= step;
+      if (!(step > 1e-15)) break;
+    }
+    return x;
+  }
+
+  /// Eigenvector of a simple eigenvalue: the largest column of the adjugate of N - x I.
+  Eigen::Vector4d horn_eigenvector(const Mat3 &A, double x)
+  {
+    Eigen::Matrix4d N;
+    N(0, 0) = A.trace();
+    const Vec3 axial(A(2, 1) - A(1, 2), A(0, 2) - A(2, 0), A(1, 0) - A(0, 1));
+    N.block<3, 1>(1, 0) = axial;
+    N.block<1, 3>(0, 1) = axial.transpose();
+    N.block<3, 3>(1, 1) = A + A.transpose() - A.trace() * Mat3::Identity();
+    N.diagonal().array() -= x;
+    Eigen::Matrix4d adjugate;
+    int largest = 0;
+    for (int c = 0; c < 4; ++c) {
+      for (int r = 0; r < 4; ++r) {
+        Mat3 minor;
+        for (int i = 0, p = 0; i < 4; ++i) {
+          if (i == c) continue;
+          for (int j = 0, q = 0; j < 4; ++j)
+            if (j != r) minor(p, q++) = N(i, j);
+          ++p;
+        }
+        adjugate(r, c) = ((r + c) % 2 ? -1.0 : 1.0) * minor.determinant();
+      }
+      if (std::abs(adjugate(c, c)) > std::abs(adjugate(largest, largest))) largest = c;
+    }
+    return adjugate.col(largest).normalized();
+  }
+
+}    // namespace
+
 DERotation de_rotation(const CrackEnd &end, unsigned use)
 {
   DERotation r;
@@ -95,21 +150,22 @@ DERotation de_rotation(const CrackEnd &end, unsigned use)
     if (use >> s & 1u) A += end.y[s] * end.dX[s].transpose();
   const double size = A.norm();
   if (!(size > 0.0)) return r;
-  const Eigen::JacobiSVD<Mat3> svd(A / size, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Mat3 U = svd.matrixU();
-  Vec3 value = svd.singularValues();
-  if ((U * svd.matrixV().transpose()).determinant() < 0.0) {
-    U.col(2) *= -1.0;
-    value[2] *= -1.0;
-  }
-  // stiffness against turning about the axes: sums of two values; the least is 0 for joints on a line
-  const double least = value[1] + value[2];
-  if (least < line_limit * value[0]) return r;
+  A /= size;
+  const double sum = horn_eigenvalue(A);
+  const Eigen::Vector4d q = horn_eigenvector(A, sum);
+  const Mat3 R = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
+  // stiffness against turning, in space: its eigenvalues are sums of two singular values; the least is 0 for
+  // joints on a line
+  Mat3 H = -A * R.transpose();
+  H = (0.5 * (H + H.transpose())).eval();
+  const double trace = -H.trace();
+  H.diagonal().array() += trace;
+  const double volume = H.determinant();
+  if (!(volume > line_limit * trace * trace * trace)) return r;
   r.defined = true;
-  r.R = U * svd.matrixV().transpose();
-  const Vec3 soft(1.0 / (value[1] + value[2]), 1.0 / (value[0] + value[2]),
-                  1.0 / (value[0] + value[1]));
-  r.response = U * soft.asDiagonal() * U.transpose() / size;
+  r.R = R;
+  for (int k = 0; k < 4; ++k) r.quaternion[k] = q[(k + 1) % 4];
+  r.response = H.inverse() / size;
   return r;
 }
 
@@ -153,7 +209,7 @@ bool crack_start(CrackJoint &joint, const Vec3 &m, double f, const CrackGeometry
   joint.used[1] = static_cast<unsigned char>(far.present);
   joint.turn[3] = 1.0;
   const Frame frame = joint_frame(near, far, near.present, far.present);
-  if (frame.defined) keep_turn(joint, Eigen::Quaterniond(frame.R));
+  if (frame.defined) keep_turn(joint, frame.turn);
   const Mat3 R = last_turn(joint).toRotationMatrix();
   const Vec3 t = R.transpose() * force / projected(geometry, m).area, place = R.transpose() * y;
   for (int k = 0; k < 3; ++k) {
@@ -230,11 +286,11 @@ namespace {
     const unsigned used[2] = {joint.used[0], joint.used[1]};
     frame = joint_frame(near, far, near.present, far.present);
     const Eigen::Quaterniond spun = turned_by_spin(joint, spin);
-    const Eigen::Quaterniond turn = frame.defined ? Eigen::Quaterniond(frame.R) : spun;
+    const Eigen::Quaterniond turn = frame.defined ? frame.turn : spun;
     const Mat3 R = turn.toRotationMatrix();
     if (used[0] != near.present || used[1] != far.present) {
       const Frame before = joint_frame(near, far, used[0], used[1]);
-      const Mat3 old = before.defined ? before.R : spun.toRotationMatrix();
+      const Mat3 old = (before.defined ? before.turn : spun).toRotationMatrix();
       const Vec3 jump = old.transpose() * y - R.transpose() * y;
       for (int k = 0; k < 3; ++k) joint.offset[k] += jump[k];
       joint.used[0] = static_cast<unsigned char>(near.present);
@@ -272,7 +328,7 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
   out.force = out.torque = out.at[0] = out.at[1] = Vec3::Zero();
   for (auto &arms : out.arm)
     for (Vec3 &f : arms) f = Vec3::Zero();
-  out.dissipated = out.fracture = out.excess = 0.0;
+  out.dissipated = out.fracture = out.excess = out.work_new = 0.0;
   out.newly_broken = false;
 
   Frame frame;
@@ -302,6 +358,7 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
     out.dissipated = p.area * r.dissipated;
     out.fracture = out.dissipated - more_damage * joint.taken;
     out.excess = p.area * r.excess;
+    out.work_new = p.area * r.work_new;
     out.damage = r.damage;
     out.newly_broken = r.broken;
     joint.broken = r.broken;

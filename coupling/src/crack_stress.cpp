@@ -87,6 +87,85 @@ CrackStress crack_stress(const GeneralCell &cell, const Vec3 y[6], unsigned pres
   return sum;
 }
 
+namespace {
+
+  using Six = Eigen::Matrix<double, 6, 1>;    // xx yy zz yz xz xy
+
+  /// A tensor given along perpendicular unit axes, in space.
+  void turn_into(double out[6], const Six &S, const Mat3 &axes)
+  {
+    Mat3 T;
+    T << S[0], S[5], S[4], S[5], S[1], S[3], S[4], S[3], S[2];
+    T = (axes * T * axes.transpose()).eval();
+    add(out, T);
+  }
+
+}    // namespace
+
+CrackStress crack_stress_orthogonal(const GeneralCell &cell, const Vec3 y[6], unsigned present,
+                                    const CornerModuli &moduli)
+{
+  // along the axes of the cell: displacement per length at each slot, strains from pairs of them
+  Mat3 axes;
+  double half[6], normal[6] = {};
+  Vec3 g[6], stretched[6];    // u/L and y/L, both towards the positive axis
+  for (int s = 0; s < 6; ++s) {
+    half[s] = cell.face[s].norm();
+    if (s % 2) axes.col(s / 2) = cell.face[s] / half[s];
+  }
+  for (int s = 0; s < 6; ++s) {
+    if (!(present >> s & 1u)) continue;
+    const double length = cell.dX[s].dot(axes.col(s / 2));
+    g[s] = (y[s] - cell.dX[s]) / length;
+    stretched[s] = y[s] / length;
+    normal[s] = 0.5 * g[s].dot(stretched[s] + axes.col(s / 2));
+  }
+  const auto shear = [&](int s, int t) {
+    return 0.5 * (g[s].dot(stretched[t]) + axes.col(s / 2).dot(g[t]));
+  };
+  double pair[6][6];
+  for (int s = 0; s < 4; ++s)
+    for (int t = 2 * (s / 2) + 2; t < 6; ++t)
+      if (present >> s & 1u && present >> t & 1u) pair[s][t] = shear(s, t);
+
+  Six slot[6], full = Six::Zero();
+  CrackStress sum{};
+  for (Six &one : slot) one.setZero();
+  for (int corner = 0; corner < 8; ++corner) {
+    const int s[3] = {corner_slot(corner, 0), corner_slot(corner, 1), corner_slot(corner, 2)};
+    bool there[3];
+    double trace = 0.0;
+    int joints = 0;
+    for (int a = 0; a < 3; ++a) {
+      there[a] = present >> s[a] & 1u;
+      joints += there[a];
+      if (there[a]) trace += normal[s[a]];
+    }
+    if (joints == 0) continue;
+    const double w = half[s[0]] * half[s[1]] * half[s[2]];
+    const double p = reduced_lambda(moduli, joints) * trace, mu2 = 2.0 * moduli.mu;
+    Six S = Six::Zero();
+    for (int a = 0; a < 3; ++a) {
+      if (there[a]) S[a] = w * (p + mu2 * normal[s[a]]);
+      const int b = (a + 1) % 3, c = (a + 2) % 3;    // S[3 + a] is that of the two other axes
+      if (there[b] && there[c]) S[3 + a] = w * mu2 * pair[s[b < c ? b : c]][s[b < c ? c : b]];
+    }
+    for (int a = 0; a < 3; ++a)
+      if (there[a]) {
+        slot[s[a]] += S;
+        sum.slot_volume[s[a]] += w;
+      }
+    if (joints == 3) {
+      full += S;
+      sum.full_volume += w;
+    }
+  }
+  for (int s = 0; s < 6; ++s)
+    if (sum.slot_volume[s] > 0.0) turn_into(sum.slot[s], slot[s], axes);
+  turn_into(sum.full, full, axes);
+  return sum;
+}
+
 Mat3 crack_tensor(const double s[6])
 {
   Mat3 S;

@@ -108,7 +108,9 @@ int ComputeDefeFragmentAtom::local_of(tagint tag) const
 static bigint broken_joints(const FixDefe *fix)
 {
   const auto first = fix->jt.state.begin();
-  return std::count(first, first + 6 * static_cast<bigint>(fix->jt.nde), DefeJoint::CONTACT);
+  return std::count_if(first, first + 6 * static_cast<bigint>(fix->jt.nde), [](int state) {
+    return state >= DefeJoint::CONTACT;
+  });
 }
 
 bool ComputeDefeFragmentAtom::up_to_date() const

@@ -9,6 +9,7 @@
 
 #include "lmptype.h"
 
+#include "defe/coupling/crack_softening.h"
 #include "defe/coupling/shielding.h"
 #include "defe/coupling/surface_forces.h"
 
@@ -18,7 +19,7 @@
 namespace LAMMPS_NS {
 
 /** Of restart files; another one whenever what DEFE writes into them changes. */
-constexpr char RESTART_FORMAT[8] = "DEFE 9";
+constexpr char RESTART_FORMAT[8] = "DEFE 10";
 
 /** What travels with an element: it is kept by the atom that is its first node. */
 struct HexPod {
@@ -53,6 +54,8 @@ struct HexRecord : HexPod {
 namespace DefeJoint {
   enum Kind : signed char { NONE = 0, DE = 1, TIE = 2 };
   enum State : signed char { CONNECTIVE = 0, COHESIVE = 1, CONTACT = 2 };
+  /// In JointTable::state only: CONTACT, and the plane of the crack still takes it, see JointSlot::plane
+  constexpr signed char PLANE = 3;
 }    // namespace DefeJoint
 
 /** One of the six joint slots of a discrete element.
@@ -66,12 +69,22 @@ struct JointSlot {
   double cohesive[6];     // defe::CohesiveState: e_n, e_s[3], s0, kappa
   double length0;         // joint length at which e_n vanishes
   double apart;           // > 0: of a broken joint, distance below which the two DEs are in contact
-  double stored, lost;    // COHESIVE: stored energy, dissipated so far (J), kept by the lower tag
+  // COHESIVE: stored energy, dissipated so far (J), kept by the lower tag
+  // stored of a noted joint (pending 1) that a crack cuts: what this end's corners would have let go
+  double stored, lost;
   signed char kind, state;
   signed char partner;    // slot of the joint on the other DE (also of the one a TIE becomes)
   signed char corner;     // corner of the other element at the common node
   signed char pending;    // 1: becomes cohesive in the next step, 2: did so in this one
   signed char part;       // TIE: part of the element
+  signed char plane;      // CONTACT: 1 while the two are pressed along the plane of their crack
+  signed char asks;       // TIE: 1: a crack wants to go on in the element, which is to convert
+};
+
+/** What a joint that a crack cuts by its own plane remembers; kept by the DE of the lower ID. Plain data. */
+struct JointCrack {
+  int slot, pad;
+  defe::CrackJoint law;
 };
 
 /** What travels with a discrete element. Plain data: packed as bytes. */
@@ -87,7 +100,6 @@ struct DERecord {
   int newborn;    // 1 until the first force evaluation (energy of conversion)
   tagint lot;     // of its ID, see FixDefe::de_tag()
   JointSlot slot[6];
-  double noted_drop;    // strain energy that its noted joints would have let go a step ago
 };
 
 /** Surface contact of a node or DE with one part, from step to step. Plain data. */
@@ -106,10 +118,11 @@ struct SphereTouch {
   double push;    // force that goes with it
 };
 
-/** All contacts of an atom; only some have any. */
+/** All contacts and cracks of an atom; only some have any. */
 struct AtomTouch {
   std::vector<DefeTouch> faces;
   std::vector<SphereTouch> spheres;
+  std::vector<JointCrack> cracks;    // of the DE's joints
   bool fresh = false;    // of a DE that was just born: it takes over the contact of its element
 };
 

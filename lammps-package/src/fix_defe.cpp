@@ -51,9 +51,10 @@ static constexpr int HEX_SIZE = doubles(sizeof(HexPod));
 static constexpr int DE_SIZE = doubles(sizeof(DERecord));
 static constexpr int TOUCH_SIZE = doubles(sizeof(DefeTouch));
 static constexpr int SPHERE_SIZE = doubles(sizeof(SphereTouch));
+static constexpr int CRACK_SIZE = doubles(sizeof(JointCrack));
 static constexpr int KEPT_SIZE = doubles(sizeof(FixDefe::KeptForces));
 static constexpr int MAX_SHIELDS = 27;    // of an element: its neighbours, one more for a while
-static constexpr int RECORD_SIZE = 1 + 3 + 1 + 1 + 1 + 1 + 1 + 1 + 1;    // of any atom
+static constexpr int RECORD_SIZE = 1 + 3 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1;    // of any atom
 
 /* ---------------------------------------------------------------------- */
 
@@ -569,6 +570,7 @@ double FixDefe::ghost_reach() const
   needs.largest_ball = largest_ball;
   needs.skin = neighbor->skin;
   needs.des = des_total > 0;
+  needs.cracks = cracks_ask;
   needs.contact = contact_factor > 0.0;
   return defe::ghost_reach(needs);
 }
@@ -791,13 +793,17 @@ void FixDefe::pre_neighbor()
       defe::GeneralCell cell;
       cell.tie = 0;
       for (int s = 0; s < 6; s++) {
-        const JointSlot &slot = r.slot[s];
+        JointSlot &slot = r.slot[s];
         draft.nb[s] = i;
         cell.dX[s].setZero();
         cell.face[s] = Vec3(slot.face);
         draft.len[s] = draft.half[s] = cell.face[s].norm();
-        if (slot.kind == DefeJoint::DE && slot.state != DefeJoint::CONTACT) {
+        if (slot.kind == DefeJoint::DE && (slot.state != DefeJoint::CONTACT || slot.plane)) {
           const int j = domain->closest_image(i, local_of(slot.other));
+          if (j < 0 && slot.plane) {    // the other fragment was deleted
+            slot.plane = 0;
+            continue;
+          }
           if (j < 0)
             error->one(FLERR,
                        "DE {} is joined to DE {}, which is missing on proc {} at step {}: it was "
@@ -842,7 +848,7 @@ void FixDefe::pre_neighbor()
     jt.area.resize(n);
     jt.material.resize(n);
     jt.half_force.assign(jt.nall, std::array<double, 18>{});
-    jt.energy.assign(n, 0.0);
+    jt.energy.assign(jt.nall, 0.0);
     jt.state.assign(6 * static_cast<size_t>(jt.nall), DefeJoint::CONNECTIVE);
 
     for (int d = 0; d < n; d++) {
@@ -854,10 +860,10 @@ void FixDefe::pre_neighbor()
       for (int s = 0; s < 6; s++) {
         JointSlot &slot = r.slot[s];
         jt.partner[d][s] = -1;
-        jt.state[6 * d + s] = slot.state;
+        jt.state[6 * d + s] = slot.plane ? DefeJoint::PLANE : slot.state;
         jt.area[d][s] = slot.area;
         if (slot.apart > 0.0) jt.apart.push_back({d, slot.other, slot.apart});
-        if (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT) continue;
+        if (slot.kind == DefeJoint::NONE || jt.state[6 * d + s] == DefeJoint::CONTACT) continue;
         if (slot.kind == DefeJoint::DE) {
           const int j = jt.nb[d][s];
           if (jt.of_atom[j] >= 0) jt.partner[d][s] = 6 * jt.of_atom[j] + slot.partner;
@@ -873,11 +879,12 @@ void FixDefe::pre_neighbor()
           jt.tie_node.push_back(node);
           jt.tie_element.push_back(slot.other);
           jt.tie_part.push_back(slot.part);
+          if (slot.asks) jt.asking.push_back(6 * d + s);
         }
         if (slot.state == DefeJoint::CONNECTIVE) jt.present[d] |= 1 << s;
         if (slot.pending == 1) jt.pending.push_back(6 * d + s);
         // a joint is computed by its lower ID, a tie by its only DE
-        if (slot.state == DefeJoint::COHESIVE &&
+        if ((slot.state == DefeJoint::COHESIVE || slot.plane) &&
             (slot.kind == DefeJoint::TIE || atom->tag[i] < slot.other))
           jt.cohesive.push_back(6 * d + s);
       }
@@ -907,7 +914,7 @@ void FixDefe::Batch::clear()
   history.clear();
 }
 
-void FixDefe::JointTable::clear()
+void JointTable::clear()
 {
   nde = north = nall = 0;
   self.clear();
@@ -931,11 +938,12 @@ void FixDefe::JointTable::clear()
   tie_point.clear();
   cohesive.clear();
   debonded.clear();
+  asking.clear();
   newborn.clear();
   pending.clear();
 }
 
-double FixDefe::JointTable::distance_apart(int d, tagint other) const
+double JointTable::distance_apart(int d, tagint other) const
 {
   auto found = std::lower_bound(apart.begin(), apart.end(), d, [](const Apart &a, int de) {
     return a.de < de;
@@ -1217,7 +1225,7 @@ void FixDefe::setup(int vflag)
         for (auto *h : b.hex) h->marked = 0;
     mark_elements();
   } else {
-    int mine = 0, any = 0;
+    int mine = !jt.asking.empty(), any = 0;
     for (const auto &b : batches)
       if (b.convertible)
         for (const auto *h : b.hex) mine = mine || h->marked;
@@ -1433,7 +1441,8 @@ int FixDefe::record_size(int i) const
   if (has_kept(i)) n += KEPT_SIZE;
   if (touch[i])
     n += TOUCH_SIZE * static_cast<int>(touch[i]->faces.size()) +
-        SPHERE_SIZE * static_cast<int>(touch[i]->spheres.size());
+        SPHERE_SIZE * static_cast<int>(touch[i]->spheres.size()) +
+        CRACK_SIZE * static_cast<int>(touch[i]->cracks.size());
   for (const auto &h : hexes[i]) {
     n += HEX_SIZE + 2;
     if (h.extra) n += static_cast<int>(4 * h.extra->shields.size() + h.extra->history.size());
@@ -1451,6 +1460,7 @@ int FixDefe::pack_record(int i, double *buf) const
   buf[m++] = ubuf(touch[i] ? static_cast<int>(touch[i]->faces.size()) : 0).d;
   buf[m++] = ubuf(touch[i] && touch[i]->fresh ? 1 : 0).d;
   buf[m++] = ubuf(touch[i] ? static_cast<int>(touch[i]->spheres.size()) : 0).d;
+  buf[m++] = ubuf(touch[i] ? static_cast<int>(touch[i]->cracks.size()) : 0).d;
   buf[m++] = ubuf(has_kept(i) ? 1 : 0).d;
   if (has_kept(i)) {
     memcpy(static_cast<void *>(&buf[m]), &kept[i], sizeof(KeptForces));
@@ -1464,6 +1474,10 @@ int FixDefe::pack_record(int i, double *buf) const
     for (const auto &t : touch[i]->spheres) {
       memcpy(static_cast<void *>(&buf[m]), &t, sizeof(SphereTouch));
       m += SPHERE_SIZE;
+    }
+    for (const auto &c : touch[i]->cracks) {
+      memcpy(static_cast<void *>(&buf[m]), &c, sizeof(JointCrack));
+      m += CRACK_SIZE;
     }
   }
   if (de[i]) {
@@ -1496,6 +1510,7 @@ int FixDefe::unpack_record(int i, const double *buf)
   const int nfaces = static_cast<int>(ubuf(buf[m++]).i);
   const bool was_just_born = ubuf(buf[m++]).i != 0;
   const int nspheres = static_cast<int>(ubuf(buf[m++]).i);
+  const int ncracks = static_cast<int>(ubuf(buf[m++]).i);
   if (ubuf(buf[m++]).i != 0) {
     kept.resize(hexes.size());
     memcpy(static_cast<void *>(&kept[i]), &buf[m], sizeof(KeptForces));
@@ -1503,11 +1518,12 @@ int FixDefe::unpack_record(int i, const double *buf)
   } else if (!kept.empty())
     kept[i].motion = 0;
   touch[i].reset();
-  if (nfaces + nspheres > 0 || was_just_born) {
+  if (nfaces + nspheres + ncracks > 0 || was_just_born) {
     AtomTouch &t = touch_at(i);
     t.fresh = was_just_born;
     t.faces.resize(nfaces);
     t.spheres.resize(nspheres);
+    t.cracks.resize(ncracks);
     for (auto &face : t.faces) {
       memcpy(static_cast<void *>(&face), &buf[m], sizeof(DefeTouch));
       m += TOUCH_SIZE;
@@ -1515,6 +1531,10 @@ int FixDefe::unpack_record(int i, const double *buf)
     for (auto &sphere : t.spheres) {
       memcpy(static_cast<void *>(&sphere), &buf[m], sizeof(SphereTouch));
       m += SPHERE_SIZE;
+    }
+    for (auto &crack : t.cracks) {
+      memcpy(static_cast<void *>(&crack), &buf[m], sizeof(JointCrack));
+      m += CRACK_SIZE;
     }
   }
   de[i].reset();
@@ -1563,7 +1583,8 @@ void FixDefe::update_maxexchange()
     if (touch[i])
       touches = MAX(touches,
                     TOUCH_SIZE * static_cast<int>(touch[i]->faces.size()) +
-                        SPHERE_SIZE * static_cast<int>(touch[i]->spheres.size()));
+                        SPHERE_SIZE * static_cast<int>(touch[i]->spheres.size()) +
+                        CRACK_SIZE * static_cast<int>(touch[i]->cracks.size()));
 
   // more than any atom has, also after a conversion that follows
 
@@ -1605,6 +1626,15 @@ int FixDefe::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int 
       buf[m++] = ubuf(ii).d;
       memcpy(static_cast<void *>(&buf[m]), &found->second[comm_round], sizeof(HexPod));
       m += HEX_SIZE;
+    }
+    buf[0] = ubuf(m).d;
+  } else if (comm_mode == ASKED) {
+    m = 1;
+    for (int ii = 0; ii < n && !asked_at.empty(); ii++) {
+      auto found = asked_at.find(list[ii]);
+      if (found == asked_at.end()) continue;
+      buf[m++] = ubuf(static_cast<int>(found->second.size())).d;
+      for (tagint element : found->second) buf[m++] = ubuf(element).d;
     }
     buf[0] = ubuf(m).d;
   } else if (comm_mode == MARKED) {
@@ -1653,6 +1683,11 @@ void FixDefe::unpack_forward_comm(int n, int first, double *buf)
       m += HEX_SIZE;
       surface_at[i].push_back(h);
     }
+  } else if (comm_mode == ASKED && n > 0) {
+    const int end = static_cast<int>(ubuf(buf[m++]).i);
+    while (m < end)
+      for (int k = static_cast<int>(ubuf(buf[m++]).i); k > 0; k--)
+        asked.insert(static_cast<tagint>(ubuf(buf[m++]).i));
   } else if (comm_mode == MARKED && n > 0) {
     const int end = static_cast<int>(ubuf(buf[m++]).i);
     while (m < end) {

@@ -15,6 +15,7 @@ FixStyle(defe,FixDefe);
 
 #include "fix.h"
 
+#include "defe_joint_table.h"
 #include "defe_records.h"
 
 #include "defe/coupling/cohesive.h"
@@ -34,6 +35,7 @@ FixStyle(defe,FixDefe);
 #include <memory>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -171,44 +173,15 @@ class FixDefe : public Fix {
 
   bigint tables_built = 0;
 
-  struct JointTable {
-    int nde = 0;                 // owned DEs
-    int north = 0;               // of these, the first ones have orthogonal cells
-    int nall = 0;                // owned and ghost DEs
-    std::vector<int> self;       // atom index
-    std::vector<int> of_atom;    // DE of an atom, -1 = none
-    std::vector<DERecord *> rec;
-    std::vector<std::array<int, 6>> nb;         // atom index, or ~(index of tie point)
-    std::vector<std::array<int, 6>> partner;    // 6 * (DE index) + slot, -1 = none
-    std::vector<unsigned char> present;         // bit per slot: acts in the corner strains
-    std::vector<std::array<double, 6>> len, half;
-    std::vector<unsigned char> material;
-    std::vector<defe::GeneralCell> cell;    // of the DEs from north on
-    std::vector<std::array<double, 18>> half_force;
-    std::vector<double> energy;
-    std::vector<unsigned char> state;    // 6 per DE, owned and ghost
-    std::vector<std::array<double, 6>> area;
-    std::vector<std::array<int, 4>> tie_node;    // per tie, as the next two
-    std::vector<tagint> tie_element;
-    std::vector<signed char> tie_part;
-    std::vector<double> tie_point;
-    struct Apart {
-      int de;
-      tagint other;
-      double distance;
-    };
-    std::vector<Apart> apart;    // JointSlot::apart, where there is one; by DE
-    double distance_apart(int d, tagint other) const;
-    std::vector<int> pending;     // 6 * DE + slot of the joints that switch in the next step
-    std::vector<int> newborn;     // DEs whose first force evaluation is to come
-    std::vector<int> cohesive;    // 6 * DE + slot of the cohesive joints and ties that I compute
-    std::vector<int> debonded;    // 6 * DE + slot of the ties that broke in this step
-    void clear();
-  } jt;
+  JointTable jt;
   std::vector<defe::CornerModuli> corner_moduli;    // per part
-  double de_energy(int d, unsigned present) const;
+  /** Strain energy of the corners of DE d with these joints; at the end the force on it by each joint. */
+  double de_energy(int d, unsigned present, defe::Vec3 *half_force = nullptr) const;
   double *x_frame(int i) const { return xframe[i]; }
   const DERecord *de_record(int i) const { return de[i].get(); }
+  /** The elements were evaluated in this step: what they and the cracks before them want is taken down. */
+  bool elements_evaluated() const { return subcycle.due(); }
+  bool cracks_ask = false;       // for elements that are in their way: set by the pair style
   bool is_loose(int i) const;    // a DE that nothing holds
   int elements_at(int i) const { return nelem[i]; }
   const std::vector<HexRecord> &hexes_of(int i) const { return hexes[i]; }
@@ -391,6 +364,10 @@ class FixDefe : public Fix {
   // by atom: index into converting, and corner
   std::unordered_map<int, std::vector<std::pair<int, int>>> marked_at;
   void tell_neighbours(std::vector<defe::ConvertingHex> &&);
+  // elements that cracks want to enter: by DE atom, and what this rank knows of
+  std::unordered_map<int, std::vector<tagint>> asked_at;
+  std::unordered_set<tagint> asked;
+  void mark_asked_elements();
   struct BallShare {
     tagint element, node, ball;
     double energy, push;
@@ -446,7 +423,7 @@ class FixDefe : public Fix {
   void ghost_positions();
 
   // ---- communication ----
-  enum CommMode { FRAME, POSVEL, SURFACE, MARKED, LOSS, FINITE };
+  enum CommMode { FRAME, POSVEL, SURFACE, ASKED, MARKED, LOSS, FINITE };
   // of SURFACE and MARKED: most that goes per atom and round; only atoms that have something send it
   static constexpr int SURFACE_SIZE = 2 + static_cast<int>((sizeof(HexPod) + 7) / 8);
   static constexpr int MARKED_SIZE = 2 + 2 + 8 + 24;

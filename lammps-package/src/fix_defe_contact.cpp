@@ -53,7 +53,7 @@ class DefeSurfaceSearch : private defe::SurfaceTies {
   FixDefe &fix;
   Atom *atom;
   Domain *domain;
-  const FixDefe::JointTable &jt;
+  const JointTable &jt;
   defe::SurfaceSearch search;
   defe::SurfaceScene scene;
   std::deque<std::array<int, 8>> ghost_idx;

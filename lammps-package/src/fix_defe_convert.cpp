@@ -51,7 +51,7 @@ void FixDefe::ghost_positions()
    strain energy of the corners of one owned DE at the current positions
 ------------------------------------------------------------------------- */
 
-double FixDefe::de_energy(int d, unsigned present) const
+double FixDefe::de_energy(int d, unsigned present, Vec3 *half_force) const
 {
   double **x = atom->x;
   const int i = jt.self[d];
@@ -73,7 +73,8 @@ double FixDefe::de_energy(int d, unsigned present) const
   }
   const auto &moduli = corner_moduli[jt.material[d]];
   if (d >= jt.north)
-    return defe::corner_strain_general(jt.cell[d - jt.north], y, present, moduli, hf);
+    return defe::corner_strain_general(jt.cell[d - jt.north], y, present, moduli,
+                                       half_force ? half_force : hf);
 
   // one orthogonal DE: neighbours as points of its own
 
@@ -90,7 +91,9 @@ double FixDefe::de_energy(int d, unsigned present) const
   const int self = 0;
   const auto bits = static_cast<unsigned char>(present);
   const defe::OrthogonalLattice one{1, &self, nb, &bits, len, half, nullptr};
-  return defe::corner_strain_orthogonal(one, xs, nullptr, &moduli, force, energy);
+  const double sum = defe::corner_strain_orthogonal(one, xs, nullptr, &moduli, force, energy);
+  for (int s = 0; half_force && s < 6; s++) half_force[s] = Vec3(force[0][s]);
+  return sum;
 }
 
 /* ----------------------------------------------------------------------
@@ -161,6 +164,32 @@ void FixDefe::tell_neighbours(std::vector<defe::ConvertingHex> &&mine)
 }
 
 /* ----------------------------------------------------------------------
+   elements that a crack wants to go on in (slot.asks), told by the DEs before them: the rank of an element
+   has these as ghosts
+------------------------------------------------------------------------- */
+
+void FixDefe::mark_asked_elements()
+{
+  if (!cracks_ask) return;
+  asked.clear();
+  for (int ds : jt.asking) {
+    const tagint element = jt.rec[ds / 6]->slot[ds % 6].other;
+    asked_at[jt.self[ds / 6]].push_back(element);
+    asked.insert(element);
+  }
+  if (comm->nprocs > 1 || atom->nghost > 0) {
+    comm_mode = ASKED;
+    comm->forward_comm(this, MARKED_SIZE);
+  }
+  asked_at.clear();
+  if (asked.empty()) return;
+  for (auto &b : batches)
+    if (b.convertible)
+      for (auto *h : b.hex)
+        if (asked.count(h->id)) h->marked = 1;
+}
+
+/* ----------------------------------------------------------------------
    one conversion, of all ranks together
 ------------------------------------------------------------------------- */
 
@@ -189,6 +218,7 @@ struct FixDefe::Conversion {
 void FixDefe::convert_marked()
 {
   ghost_positions();
+  mark_asked_elements();
   note_energy_in_walls();
   if (contact_factor > 0.0) {
     ledger.conv_strain += contact_energy_now();
@@ -280,6 +310,7 @@ void FixDefe::ties_to_joints(const defe::ConversionPlan &plan)
       const auto element = plan.converting(slot.other)->coords();
       slot.apart = distance_if_swung(jt.self[d], slot.face_node, slot.corner, element, slot.part);
       if (slot.apart > 0.0) slot.state = DefeJoint::CONTACT;
+      slot.asks = 0;
       slot.kind = DefeJoint::DE;
       slot.other = static_cast<tagint>(plan.joint_of_tie(slot.other, slot.corner));
     }

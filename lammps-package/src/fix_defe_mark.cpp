@@ -99,5 +99,6 @@ void FixDefe::mark_elements()
       marked_here = 1;
     }
   }
+  if (!jt.asking.empty()) marked_here = 1;
   ask_marks();
 }

@@ -13,6 +13,7 @@
 
 #include "pair_defe_joint.h"
 
+#include "defe_cracks.h"
 #include "defe_restart_file.h"
 
 #include "fix_defe.h"
@@ -41,8 +42,6 @@
 using namespace LAMMPS_NS;
 using defe::Mat3;
 using defe::Vec3;
-
-static constexpr int PENDING = 4;    // beside the state, in the message to the other rank
 
 /* ---------------------------------------------------------------------- */
 
@@ -97,7 +96,7 @@ void PairDefeJoint::settings(int narg, char **arg)
 }
 
 /* ----------------------------------------------------------------------
-   I J connective (E nu | material) cohesive sigma_t G_f beta [reciprocal]
+   I J connective (E nu | material) cohesive sigma_t G_f beta [reciprocal] [lattice]
        contact restitution friction
 ------------------------------------------------------------------------- */
 
@@ -146,9 +145,13 @@ void PairDefeJoint::coeff(int narg, char **arg)
       c.cohesive.G_f = utils::numeric(FLERR, arg[iarg + 2], false, lmp);
       c.cohesive.beta = utils::numeric(FLERR, arg[iarg + 3], false, lmp);
       iarg += 4;
-      if (iarg < narg && strcmp(arg[iarg], "reciprocal") == 0) {
-        c.cohesive.reciprocal = true;
-        iarg++;
+      for (; iarg < narg; iarg++) {
+        if (strcmp(arg[iarg], "reciprocal") == 0)
+          c.cohesive.reciprocal = true;
+        else if (strcmp(arg[iarg], "lattice") == 0)
+          c.lattice = true;
+        else
+          break;
       }
       if (!(c.cohesive.sigma_t > 0.0) || !(c.cohesive.G_f > 0.0) || !(c.cohesive.beta >= 0.0))
         error->all(FLERR, "Pair_coeff cohesive: sigma_t and G_f must be > 0, beta >= 0");
@@ -214,6 +217,7 @@ void PairDefeJoint::init_style()
   }
   check_coefficients();
   note_other_spheres();
+  prepare_cracks();
 }
 
 double PairDefeJoint::init_one(int i, int j)
@@ -247,7 +251,7 @@ void PairDefeJoint::compute(int eflag, int vflag)
   stored = defe::StoredEnergy();
   if (fix->des_total > 0) {
     update_screen();
-    if (with_cohesive) switch_joints();
+    if (with_cohesive) switch_joints();    // of the last step
     connective_and_ties();
     if (with_cohesive) {
       cohesive_forces();
@@ -333,7 +337,7 @@ void PairDefeJoint::connective_and_ties()
   }
 
   comm_mode = HALF_FORCES;
-  comm->forward_comm(this, 18);
+  comm->forward_comm(this, with_cracks ? 18 + DefeCracks::ENERGY_SIZE : 18);
 
   // both halves of each joint; ties act on the nodes of the face
 
@@ -406,6 +410,7 @@ void PairDefeJoint::update_screen()
 {
   if (screen_built == fix->tables_built) return;
   screen_built = fix->tables_built;
+  if (with_cracks) update_crack_tables();
   const auto &jt = fix->jt;
   const std::array<double, 6> never = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
   screen.assign(jt.nde, never);
@@ -421,7 +426,7 @@ void PairDefeJoint::update_screen()
         if (jt.partner[d][s] >= 6 * jt.nde) mirrored.push_back(6 * d + s);
         continue;
       }
-      if (jt.state[6 * d + s] != DefeJoint::CONNECTIVE) continue;
+      if (jt.state[6 * d + s] != DefeJoint::CONNECTIVE || (!tie && by_crack(d, s))) continue;
       const auto &par = tie ? adhesive->law : coeff_of(atom->type[i], atom->type[j]).cohesive;
       double limit = par.sigma_t * jt.area[d][s];
       if (par.reciprocal && par.beta < 1.0) limit *= par.beta;
@@ -439,12 +444,7 @@ void PairDefeJoint::criterion()
 {
   auto &jt = fix->jt;
   double **x = atom->x;
-  for (int ds : jt.pending) jt.rec[ds / 6]->slot[ds % 6].pending = 0;
-  jt.pending.clear();
-  auto note = [&jt](int ds) {
-    jt.rec[ds / 6]->slot[ds % 6].pending = 1;
-    jt.pending.push_back(ds);
-  };
+  drop_notes();
 
   for (int ds : reached) {
     const int d = ds / 6, s = ds % 6;
@@ -464,7 +464,7 @@ void PairDefeJoint::criterion()
       const auto state = defe::cohesive_start(tn, ts, stiffness, par);
       state.pack(slot.cohesive);
       slot.length0 = tie.y.dot(tie.normal) - state.e_n;
-      note(ds);
+      note_joint(ds);
       continue;
     }
 
@@ -487,30 +487,27 @@ void PairDefeJoint::criterion()
     const auto state = defe::cohesive_start(an, t - an * along, stiffness, par);
     state.pack(slot.cohesive);
     slot.length0 = length - state.e_n;
-    note(ds);
-    if (other < 6 * jt.nde) note(other);
+    note_joint(ds);
+    if (other < 6 * jt.nde) note_joint(other);
   }
+
+  if (with_cracks) decide_cracks();
 
   // joints that the rank of the lower ID decides on: take over its state and what it noted
 
   comm_mode = STATES;
-  comm->forward_comm(this, 1);
-  for (int ds : mirrored) {
-    const int d = ds / 6, s = ds % 6;
-    JointSlot &slot = jt.rec[d]->slot[s];
-    const int state = jt.state[jt.partner[d][s]];
-    if (state & PENDING) note(ds);
-    if ((state & ~PENDING) == slot.state) continue;
-    slot.state = static_cast<signed char>(state & ~PENDING);
-    jt.state[ds] = static_cast<unsigned char>(slot.state);
-    if (slot.state == DefeJoint::CONTACT) add_candidate(jt.self[d], jt.nb[d][s]);
+  comm->forward_comm(this, with_cracks ? 1 + 6 * DefeCracks::MEMORY_SIZE : 1);
+  for (int ds : mirrored) adopt_state(ds, jt.state[jt.partner[ds / 6][ds % 6]]);
+  if (with_cracks) {
+    cracks->end_of_step();
+    for_drops([this](int d, unsigned leaving) {
+      share_out_release(d, leaving);
+    });
   }
-  note_drops();
 }
 
 /* ----------------------------------------------------------------------
-   f(d, drop) for each of my DEs with noted joints: the strain energy that its corners let go when these
-   leave them
+   f(d, leaving) for each of my DEs with noted joints: which ones they are
 ------------------------------------------------------------------------- */
 
 template <class F> void PairDefeJoint::for_drops(F f)
@@ -519,33 +516,42 @@ template <class F> void PairDefeJoint::for_drops(F f)
   std::sort(jt.pending.begin(), jt.pending.end());
   for (size_t k = 0; k < jt.pending.size();) {
     const int d = jt.pending[k] / 6;
-    unsigned rest = jt.present[d];
-    for (; k < jt.pending.size() && jt.pending[k] / 6 == d; k++) rest &= ~(1u << jt.pending[k] % 6);
-    f(d, fix->de_energy(d, jt.present[d]) - fix->de_energy(d, rest));
+    unsigned leaving = 0;
+    for (; k < jt.pending.size() && jt.pending[k] / 6 == d; k++) leaving |= 1u << jt.pending[k] % 6;
+    f(d, leaving);
   }
 }
 
-void PairDefeJoint::note_drops()
-{
-  for_drops([this](int d, double drop) {
-    fix->jt.rec[d]->noted_drop = drop;
-  });
-}
-
 /* ----------------------------------------------------------------------
-   The kicks of velocity Verlet belong to the old law up to half-way between the two steps: what the
-   corners let go is their energy of a step ago and the work of half a step at the old forces, which for
-   an energy that goes with the square of a stretch is the geometric mean of what both positions give.
+   What corners let go when joints leave them. The kicks of velocity Verlet belong to the old law up to half-way
+   between the two steps: it is their energy now, less the work that their forces of now would have done in the second
+   half of the step. For an energy that goes with the square of the stretches that is exact.
 ------------------------------------------------------------------------- */
 
 double PairDefeJoint::release_of_pending()
 {
+  const auto &jt = fix->jt;
+  double **v = atom->v;
   double release = 0.0;
-  for_drops([&](int d, double drop) {
-    const double noted = fix->jt.rec[d]->noted_drop;
-    release += noted > 0.0 && drop > 0.0 ? std::sqrt(noted * drop) : 0.5 * (noted + drop);
+  for_drops([&](int d, unsigned leaving) {
+    Vec3 before[6], after[6];
+    const unsigned present = jt.present[d];
+    const double drop = fix->de_energy(d, present, before) -
+        fix->de_energy(d, present & ~leaving, after);
+    double work = 0.0;
+    for (int s = 0; s < 6; s++) {
+      if (!(present & 1u << s)) continue;
+      const int nb = jt.nb[d][s];
+      Vec3 speed = -Vec3(v[jt.self[d]]);
+      if (nb >= 0)
+        speed += Vec3(v[nb]);
+      else
+        for (int a = 0; a < 4; a++) speed += defe::tie_weight[a] * Vec3(v[jt.tie_node[~nb][a]]);
+      work += update->dt * speed.dot(before[s] - after[s]);
+    }
+    release += drop - 0.5 * work;
     // a DE beside a conversion of this step: its drop is no loss of the conversion
-    if (fix->jt.rec[d]->newborn) fix->ledger.conv_strain -= drop;
+    if (jt.rec[d]->newborn) fix->ledger.conv_strain -= drop;
   });
   return release;
 }
@@ -559,6 +565,7 @@ void PairDefeJoint::switch_joints()
   if (update->setupflag) return;
   auto &jt = fix->jt;
   fix->ledger.release += release_of_pending();
+  if (with_cracks) begin_cracks();
   for (int ds : jt.pending) {
     const int d = ds / 6, s = ds % 6;
     JointSlot &slot = jt.rec[d]->slot[s];
@@ -573,6 +580,8 @@ void PairDefeJoint::switch_joints()
     slot.stored = slot.lost = 0.0;
     jt.cohesive.push_back(ds);
     if (!tie) fix->note_damage();
+    if (!tie && by_crack(d, s)) continue;    // it is named when its strength is known
+    if (!tie && with_cracks) cracks->cut(ds);
     event(d, s, tie ? defe::EventKind::ADHESIVE : defe::EventKind::COHESIVE,
           defe::CohesiveState::unpack(slot.cohesive).s0);
   }
@@ -615,6 +624,7 @@ void PairDefeJoint::set_broken(int d, int s)
     jt.rec[ds / 6]->slot[ds % 6].state = DefeJoint::CONTACT;
     jt.state[ds] = DefeJoint::CONTACT;
   }
+  if (with_cracks && jt.partner[d][s] >= 0) cracks->part(6 * d + s);
   add_candidate(jt.self[d], jt.nb[d][s]);
 }
 
@@ -631,10 +641,12 @@ void PairDefeJoint::event(int d, int s, defe::EventKind what, double value)
   e.what = what;
   e.a = atom->tag[i];
   e.b = slot.other;
+  const JointCrack *crack = !tie && by_crack(d, s) ? cracks->find(6 * d + s) : nullptr;
+  const double f = crack ? crack->law.f : 0.5;
   double len = 0.0;
   for (int k = 0; k < 3; k++) {
-    e.x[k] = tie ? Xi[k] + slot.face[k] : 0.5 * (Xi[k] + Xj[k]);
-    e.n[k] = tie ? slot.normal[k] : Xj[k] - Xi[k];
+    e.x[k] = tie ? Xi[k] + slot.face[k] : Xi[k] + f * (Xj[k] - Xi[k]);
+    e.n[k] = crack ? crack->law.m[k] : tie ? slot.normal[k] : Xj[k] - Xi[k];
     len += e.n[k] * e.n[k];
   }
   for (double &n : e.n) n /= std::sqrt(len);
@@ -771,6 +783,7 @@ void PairDefeJoint::cohesive_forces()
   const double dt = update->setupflag ? 0.0 : update->dt;
 
   jt.debonded.clear();
+  if (with_cracks) take_over_cracks();
   size_t kept = 0;
   for (size_t q = 0; q < jt.cohesive.size(); q++) {
     const int d = jt.cohesive[q] / 6, s = jt.cohesive[q] % 6;
@@ -778,6 +791,11 @@ void PairDefeJoint::cohesive_forces()
     if (slot.kind == DefeJoint::TIE) {
       cohesive_tie(d, s);
       if (slot.state == DefeJoint::COHESIVE) jt.cohesive[kept++] = jt.cohesive[q];
+      continue;
+    }
+    if (by_crack(d, s)) {
+      crack_forces(d, s);
+      if (slot.state == DefeJoint::COHESIVE || slot.plane) jt.cohesive[kept++] = jt.cohesive[q];
       continue;
     }
     const int i = jt.self[d], j = jt.nb[d][s];
@@ -840,11 +858,11 @@ void PairDefeJoint::cohesive_forces()
    of a pair that two ranks share.
 ------------------------------------------------------------------------- */
 
-void PairDefeJoint::add_candidate(int i, int j)
+void PairDefeJoint::add_candidate(int i, int j, double apart)
 {
   if (!with_contact || j < 0) return;    // a tie: the face takes over
   if (j < atom->nlocal && j < i) std::swap(i, j);
-  candidates.push_back({i, j, 0.0});
+  candidates.push_back({i, j, apart});
   broken_now.emplace_back(MIN(atom->tag[i], atom->tag[j]), MAX(atom->tag[i], atom->tag[j]));
 }
 
@@ -903,7 +921,7 @@ void PairDefeJoint::update_candidates()
       for (int s = 0; s < 6; s++) {
         const int nb = jt.nb[di][s];    // a joint may have broken since the tables were made
         if (nb >= 0 && nb != i && atom->tag[nb] == atom->tag[j] &&
-            jt.state[6 * di + s] != DefeJoint::CONTACT)
+            jt.state[6 * di + s] != DefeJoint::CONTACT)    // its plane may still take it
           return;
       }
     candidates.push_back({i, j, with_ball ? 0.0 : jt.distance_apart(di, atom->tag[j])});
@@ -1183,6 +1201,8 @@ SphereTouch &PairDefeJoint::new_touch(int i, int j)
 
 int PairDefeJoint::pack_forward_comm(int n, int *list, double *buf, int, int *)
 {
+  if (n == 0) return 0;    // tiled ranks send empty messages, too
+  if (comm_mode == CRACK_STRESS) return cracks->pack_stress(n, list, buf);
   const auto &jt = fix->jt;
   int m = 0;
   for (int k = 0; k < n; k++) {
@@ -1191,23 +1211,24 @@ int PairDefeJoint::pack_forward_comm(int n, int *list, double *buf, int, int *)
     if (comm_mode == HALF_FORCES) {
       memcpy(&buf[m], jt.half_force[d].data(), 18 * sizeof(double));
       m += 18;
-    } else if (comm_mode == PARTS) {
+      if (with_cracks) m += cracks->pack_energy(d, &buf[m]);
+    } else if (comm_mode == PARTS)
       buf[m++] = jt.material[d];
-    } else {
-      int bits = 0;
-      for (int s = 0; s < 6; s++) {
-        int state = jt.state[6 * d + s];
-        if (d < jt.nde && jt.rec[d]->slot[s].pending == 1) state |= PENDING;
-        bits |= state << (3 * s);
-      }
-      buf[m++] = bits;
-    }
+    else if (comm_mode == CRACK_TABLE)
+      m += cracks->pack_table(d, &buf[m]);
+    else
+      m += pack_state(d, &buf[m]);
   }
   return m;
 }
 
 void PairDefeJoint::unpack_forward_comm(int n, int first, double *buf)
 {
+  if (n == 0) return;
+  if (comm_mode == CRACK_STRESS) {
+    cracks->unpack_stress(first, buf);
+    return;
+  }
   auto &jt = fix->jt;
   int m = 0;
   for (int i = first; i < first + n; i++) {
@@ -1216,12 +1237,13 @@ void PairDefeJoint::unpack_forward_comm(int n, int first, double *buf)
     if (comm_mode == HALF_FORCES) {
       memcpy(jt.half_force[d].data(), &buf[m], 18 * sizeof(double));
       m += 18;
-    } else if (comm_mode == PARTS) {
+      if (with_cracks) m += cracks->unpack_energy(d, &buf[m]);
+    } else if (comm_mode == PARTS)
       jt.material[d] = static_cast<unsigned char>(buf[m++]);
-    } else {
-      const int bits = static_cast<int>(buf[m++]);
-      for (int s = 0; s < 6; s++) jt.state[6 * d + s] = (bits >> (3 * s)) & 7;
-    }
+    else if (comm_mode == CRACK_TABLE)
+      m += cracks->unpack_table(d, &buf[m]);
+    else
+      m += unpack_state(d, &buf[m]);
   }
 }
 

@@ -21,7 +21,12 @@ PairStyle(defe/joint,PairDefeJoint);
 #include "defe/coupling/event_log.h"
 
 #include <array>
+#include <memory>
 #include <vector>
+
+namespace defe {
+struct CrackForces;
+}    // namespace defe
 
 namespace LAMMPS_NS {
 
@@ -72,6 +77,7 @@ class PairDefeJoint : public Pair {
   struct Coeff {
     double E = 0.0, nu = 0.0;    // connective; 0 = take the material of the part
     defe::CohesiveParameters cohesive{0.0, 0.0, 0.0, false};
+    bool lattice = false;    // each joint is judged by its own traction, cracks know the mesh
     double restitution = 1.0, friction = 0.0, damping_ratio = 0.0;
     bool has_connective = false, has_cohesive = false, has_contact = false;
   };
@@ -83,7 +89,28 @@ class PairDefeJoint : public Pair {
 
   std::vector<defe::CornerModuli> table;    // per part
   std::vector<double> young;                // per part
-  enum { HALF_FORCES, STATES, PARTS } comm_mode = HALF_FORCES;
+  enum { HALF_FORCES, STATES, PARTS, CRACK_TABLE, CRACK_STRESS } comm_mode = HALF_FORCES;
+
+  // ---- joints that cracks cut by their own planes: pair_defe_cracks.cpp ----
+  std::unique_ptr<class DefeCracks> cracks;
+  bool with_cracks = false, lattice_beside_cracks = false;
+  void prepare_cracks();
+  void update_crack_tables();
+  bool by_crack(int d, int s) const;
+  void note_joint(int ds);
+  void drop_notes();
+  void begin_cracks();
+  void decide_cracks();
+  void share_out_release(int d, unsigned leaving);
+  void take_over_cracks();
+  void crack_forces(int d, int s);
+  void apply_crack(int d, int s, const defe::CrackForces &);
+  void close_plane(int d, int s);
+  void part_crack(int d, int s);
+  void adopt_state(int ds, int state);
+  void set_apart(int ds, double distance);
+  int pack_state(int d, double *buf) const;
+  int unpack_state(int d, const double *buf);
 
   std::vector<std::array<double, 6>> screen;    // per joint slot, see update_screen()
   std::vector<int> reached;                     // 6 * DE + slot of the joints above it
@@ -128,7 +155,7 @@ class PairDefeJoint : public Pair {
   void pull_exactly(const int *node, const double *force);
   void contact_forces();
   void update_candidates();
-  void add_candidate(int i, int j);
+  void add_candidate(int i, int j, double apart = 0.0);
   void forget_touch(int i, int j);
   void contact_with_ball(int i, int j);
   struct SphereTouch *find_touch(int i, int j);
@@ -137,7 +164,6 @@ class PairDefeJoint : public Pair {
   void event(int d, int s, defe::EventKind what, double value);
   void set_broken(int d, int s);
   template <class F> void for_drops(F f);
-  void note_drops();
   double release_of_pending();
   double release_of_step(JointSlot &, const defe::CohesiveResult &);
 };

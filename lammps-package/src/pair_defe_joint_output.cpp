@@ -8,9 +8,12 @@
 
 #include "pair_defe_joint.h"
 
+#include "defe_cracks.h"
 #include "fix_defe.h"
 
 #include "atom.h"
+
+#include <Eigen/Geometry>
 
 using namespace LAMMPS_NS;
 using defe::Vec3;
@@ -52,6 +55,23 @@ PairDefeJoint::JointView PairDefeJoint::view(int d, int s) const
     const Vec3 t = force / slot.area;
     v.t_n = t.dot(v.normal);
     v.t_s = (t - v.t_n * v.normal).norm();
+    return v;
+  }
+
+  if (!tie && by_crack(d, s)) {    // along the crack and its plane
+    const auto &law = coeffs[atom->type[i] * (atom_types + 1) + atom->type[j]].cohesive;
+    defe::CrackJoint crack = cracks->find(6 * d + s)->law;
+    const auto r = cracks->look(6 * d + s, law, crack);
+    const Vec3 m(crack.m), e(crack.e);
+    const Eigen::Quaterniond turn(crack.turn[3], crack.turn[0], crack.turn[1], crack.turn[2]);
+    v.normal = turn * m;
+    v.point = xi + crack.f * y;
+    const Vec3 t = r.force / slot.area;
+    v.t_n = t.dot(v.normal);
+    v.t_s = (t - v.t_n * v.normal).norm();
+    v.damage = r.damage;
+    v.opening = e.dot(m);
+    v.slip = (e - v.opening * m).norm();
     return v;
   }
 

@@ -33,7 +33,8 @@ uint64_t PairDefeJoint::laws_checksum() const
     const auto &law = c.cohesive;
     const double numbers[] = {c.E,      c.nu,          law.sigma_t, law.G_f,
                               law.beta, c.restitution, c.friction,  c.damping_ratio};
-    const char flags[] = {c.has_connective, c.has_cohesive, c.has_contact, law.reciprocal};
+    const char flags[] = {c.has_connective, c.has_cohesive, c.has_contact, law.reciprocal,
+                          c.lattice};
     sum.add(numbers, sizeof(numbers));
     sum.add(flags, sizeof(flags));
   }

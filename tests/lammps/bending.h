@@ -16,6 +16,7 @@ struct Bending {
   std::string options;              // fix defe: more keywords
   std::string mesh;                 // commands that make the beam, from y = 0 upwards
   std::string outer, inner;         // |x| at which the supports end and begin
+  std::string law;                  // "lattice": of joints by their own tractions
   std::string height, block_top;    // y of the top of the beam, and of the block on it
   double dt = 6e-8;
 
@@ -31,7 +32,8 @@ struct Bending {
         box + R"(
     create_box      5 box
     pair_style      defe/joint
-    pair_coeff      4 4 connective 74.09e9 0.2 cohesive 60e6 10.0 0.1 contact 0.9 0.2
+    pair_coeff      4 4 connective 74.09e9 0.2 cohesive 60e6 10.0 0.1 )" +
+        law + R"( contact 0.9 0.2
     group           particles empty
     fix             fe all defe )" +
         glass + R"( &

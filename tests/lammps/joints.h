@@ -46,8 +46,12 @@ inline Joints joints(Lammps &lmp)
       if (slot.kind == LAMMPS_NS::DefeJoint::NONE) continue;
       const bool softening =
           slot.state == LAMMPS_NS::DefeJoint::COHESIVE && lmp->atom->tag[i] < slot.other;
+      double kappa = softening ? slot.cohesive[5] : 0.0;
+      if (const auto *touch = const_cast<LAMMPS_NS::FixDefe &>(fix).touches(i))
+        for (const auto &c : touch->cracks)
+          if (softening && c.slot == s) kappa = c.law.kappa;
       mine.push_back({lmp->atom->tag[i], s, slot.kind, slot.state, slot.pending, slot.other,
-                      slot.partner, softening ? slot.cohesive[5] : 0.0});
+                      slot.partner, kappa});
     }
   }
   Joints result;

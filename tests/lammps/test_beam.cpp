@@ -23,7 +23,7 @@ constexpr double contact_factor = 0.2125;    // as in examples/glass_beam
 
 const char *const reference_file = DEFE_SOURCE_DIR "/tests/lammps/data/beam_30us.txt";
 
-std::string script(double dt, const std::string &options)
+std::string script(double dt, const std::string &options, const std::string &law = "")
 {
   Bending b;
   b.box = "-0.11 0.11 -0.01 0.035 -0.01 0.02";
@@ -36,20 +36,21 @@ std::string script(double dt, const std::string &options)
   b.height = "0.020";
   b.block_top = "0.024";
   b.dt = dt;
+  b.law = law;
   return b.script();
 }
 
-/// The table of issue 2, section 5, for 100 us.
+/// Times in us: the first conversion, the crack at a height of 16 mm, and through.
 struct Timeline {
-  double first, upper, through;    // us
-  long converted, centre;
+  double first, upper, through;
+  long converted, centre;    // in the first 90 us, and of these in the middle
 };
 
-Timeline crack(double dt, const std::string &options)
+Timeline crack(double dt, const std::string &options, const std::string &law)
 {
   remove_file("events.txt");
   Lammps lmp;
-  lmp.commands(script(dt, options));
+  lmp.commands(script(dt, options, law));
   lmp.record({"f_fe[22]"}, 20);
   lmp.run(static_cast<bigint>(std::lround(1e-4 / dt)));
   const auto total = lmp.recorded();
@@ -61,11 +62,11 @@ Timeline crack(double dt, const std::string &options)
   std::vector<double> layer(20, 1.0);
   MPI_Barrier(MPI_COMM_WORLD);
   for (const auto &e : read_events("events.txt")) {
-    if (e.what == "convert") {
+    if (e.what == "convert" && e.time < 90e-6) {
       t.converted++;
       t.centre += std::abs(e.x[0]) < 1e-6;
     }
-    if (e.what == "broken" && std::abs(e.x[0]) < 1e-6 && std::abs(e.n[0]) > 0.99) {
+    if (e.what == "broken" && std::abs(e.x[0]) < 5e-4 && std::abs(e.n[0]) > 0.9) {
       double &first = layer.at(static_cast<size_t>(e.x[1] / 1e-3));
       first = std::min(first, e.time);
     }
@@ -75,12 +76,13 @@ Timeline crack(double dt, const std::string &options)
   return t;
 }
 
+/// With all glass discrete from the start it is 26.0, 40.6 and 68.2 us for either law.
 void expect_crack(double dt, const std::string &options, long most)
 {
-  const Timeline t = crack(dt, options);
+  const Timeline t = crack(dt, options, "");
   EXPECT_NEAR(t.first, 26.0, 1.0);
-  EXPECT_NEAR(t.upper, 44.0, 2.0);
-  EXPECT_NEAR(t.through, 70.0, 2.0);
+  EXPECT_NEAR(t.upper, 39.5, 2.0);
+  EXPECT_NEAR(t.through, 68.2, 1.0);
   EXPECT_GE(t.centre, 48);
   EXPECT_LE(t.converted, most);
 }
@@ -145,6 +147,17 @@ TEST(Beam, FirstThirtyMicroseconds)
 TEST(Beam, OneCrackThroughTheMiddle)
 {
   expect_crack(6e-8, "", 60);
+}
+
+// The paper's law and table.
+TEST(Beam, JointByJoint)
+{
+  const Timeline t = crack(6e-8, "", "lattice");
+  EXPECT_NEAR(t.first, 26.0, 1.0);
+  EXPECT_NEAR(t.upper, 44.0, 2.0);
+  EXPECT_NEAR(t.through, 70.0, 2.0);
+  EXPECT_GE(t.centre, 48);
+  EXPECT_LE(t.converted, 60);
 }
 
 // The result belongs to the model, not to the step, to shielding or to a second clock for the finite

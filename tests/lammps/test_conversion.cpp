@@ -304,7 +304,8 @@ TEST(Conversion, OfAnElementWithDEsThatSwung)
   block.n[1] = block.n[2] = 1;
   block.regions = region_of("left", {block.element_centre(0, 0, 0)}, block.h);
   block.convert = "5e8 type 2 group particles start left";
-  block.coeff = "connective material cohesive 1e3 1e-6 0.1 contact 0.9 0.0";    // hold nothing
+  block.coeff =
+      "connective material cohesive 1e3 1e-6 0.1 lattice contact 0.9 0.0";    // hold nothing
   Lammps lmp;
   lmp.commands(block.script());
   lmp.run(0);

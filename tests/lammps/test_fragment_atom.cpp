@@ -353,7 +353,7 @@ TEST(FragmentAtom, PartsAndGroups)
     create_box      2 box
     region          middle block 0.008 0.010 INF INF INF INF
     pair_style      defe/joint
-    pair_coeff      2 2 connective material cohesive 1e3 1e-9 0.1 contact 0.9 0.2
+    pair_coeff      2 2 connective material cohesive 1e3 1e-9 0.1 lattice contact 0.9 0.2
     group           particles empty
     fix             fe all defe material glass elastic 74.09e9 0.2 2500 part lower glass part upper glass &
                                 material film elastic 1e9 0.4 1100 &

@@ -229,7 +229,7 @@ TEST(Fragments, CollidingInFlight)
     Lammps lmp(comm);
     lmp.commands(
         script(way, "region half block INF INF INF INF 0 INF", "half", contact,
-               "connective material cohesive 4e6 0.5 0.3 contact 0.8 0.3",
+               "connective material cohesive 4e6 0.5 0.3 lattice contact 0.8 0.3",
                "create_hexes fe glass 1 x -0.003 2 0.001 y -0.00401 2 -0.00001 z -0.002 2 0.002\n"
                "create_hexes fe other 1 x -0.0012 2 0.0028 y 0 2 0.004 z -0.0017 2 0.0023"));
     lmp.run(0);

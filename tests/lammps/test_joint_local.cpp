@@ -266,8 +266,8 @@ TEST(JointLocal, SofteningFollowsTheLaw)
   mesh.write("two.data");
   Block block;
   block.dt = 2e-8;
-  block.coeff =
-      "connective material cohesive " + number(sigma) + " " + number(G_f) + " 0.1 contact 0.9 0.2";
+  block.coeff = "connective material cohesive " + number(sigma) + " " + number(G_f) +
+      " 0.1 lattice contact 0.9 0.2";
   block.convert += " start all";
   block.options = "part base glass adhesive glass base " + number(bond) + " " + number(peel) +
       " 0.5 events softening.txt";

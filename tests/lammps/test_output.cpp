@@ -215,7 +215,8 @@ TEST(Output, DamageAndEvents)
     EXPECT_LT(e.a, e.b);
     EXPECT_EQ(before, e.what == "cohesive" ? "" : "cohesive") << e.a << " " << e.b;
     before = e.what;
-    EXPECT_GE(e.value, e.what == "cohesive" ? 6e7 * (1.0 - 1e-12) : 1.0);    // traction, damage
+    // damage, or the traction along the crack, which at an angle to the joint may be below the strength
+    EXPECT_GE(e.value, e.what == "cohesive" ? 1e7 : 1.0);
     EXPECT_NEAR(e.n[0] * e.n[0] + e.n[1] * e.n[1] + e.n[2] * e.n[2], 1.0, 1e-3);
   }
   EXPECT_NEAR(lmp.fe(FIRST_DAMAGE), first, 1e-12);

@@ -28,16 +28,17 @@ struct Scene {
   double bending;               // m/s
   double at, speed, density;    // of the rigid body
   int steps;
+  std::string law = "";
 };
 
 /// One clean crack; the body pushes one of the halves. 60 us.
-constexpr Scene clean{10.0, -0.014, 4.0, 3.1e4, 1200};
+const Scene clean{10.0, -0.014, 4.0, 3.1e4, 1200};
 
 /// The body drives debris into the crack: DEs that hang by a joint or two, between others that they
 /// hit every microsecond. Differences of rounding grow tenfold in 5 us there (from 1e-17 m, when
 /// the order of summation is another one, to 1e-9 m in 60 us), as they do in a billiard: the test
 /// stops at 27 us.
-constexpr Scene crushed{8.0, 0.0, 8.0, 6.25e6, 540};
+const Scene crushed{8.0, 0.0, 8.0, 6.25e6, 540, "lattice"};    // rubble
 
 /// How a run is cut into domains. The defaults are those of the reference.
 struct Domains {
@@ -72,7 +73,8 @@ Outcome crack(MPI_Comm comm, const Scene &scene, const Domains &domains)
                "\nregion box block" + box + R"(
     create_box      3 box
     pair_style      defe/joint
-    pair_coeff      2 2 connective material cohesive 6e7 10.0 0.1 contact 0.9 0.2
+    pair_coeff      2 2 connective material cohesive 6e7 10.0 0.1 )" +
+               scene.law + R"( contact 0.9 0.2
     group           particles empty
     fix             fe all defe material glass elastic 74.09e9 0.2 2500 &
                                 material impactor rigid )" +
@@ -134,7 +136,7 @@ void expect_same(const Outcome &a, const Outcome &b, const std::string &name)
     bool same = e.step == f.step && e.time == f.time && e.what == f.what && e.a == f.a &&
         e.b == f.b && std::abs(e.value - f.value) <= 2e-6 * std::abs(e.value);
     for (int c = 0; c < 3; c++)
-      same = same && std::abs(e.x[c] - f.x[c]) < 1e-9 * h && std::abs(e.n[c] - f.n[c]) < 2e-4;
+      same = same && std::abs(e.x[c] - f.x[c]) < 1e-7 * h && std::abs(e.n[c] - f.n[c]) < 2e-4;
     if (same) continue;
     ADD_FAILURE() << "event " << k << ": step " << e.step << " " << e.what << " " << e.a << " "
                   << e.b << " at " << e.x[0] << " " << e.x[1] << " " << e.x[2] << " value "
@@ -183,7 +185,7 @@ Outcome reference(const Scene &scene)
   int plane = 0;
   long latest = 0;
   for (const auto &e : o.events) {
-    plane += e.what == "broken" && std::abs(e.x[0]) < 1e-9 && std::abs(e.n[0]) > 0.99;
+    plane += e.what == "broken" && std::abs(e.x[0]) < h && std::abs(e.n[0]) > 0.7;
     latest = e.step;
   }
   if (std::getenv("DEFE_TEST_LOG"))

@@ -447,7 +447,7 @@ TEST(Restart, WhenAllIsBroken)
   Block block;
   block.n[0] = block.n[1] = block.n[2] = 2;
   block.convert += " start all";
-  block.coeff = "connective material cohesive 3e7 5.0 0.3 contact 0.7 0.3";
+  block.coeff = "connective material cohesive 3e7 5.0 0.3 lattice contact 0.7 0.3";
   State whole;
   {
     block.options = "events broken.txt";
@@ -647,7 +647,7 @@ TEST(Restart, OfAnotherVersion)
       const auto at = bytes.find(LAMMPS_NS::RESTART_FORMAT);
       ASSERT_NE(at, std::string::npos);
       file.seekp(static_cast<std::streamoff>(at));
-      file << "DEFE 1";
+      file << "DEFE 0";
     }
     MPI_Barrier(MPI_COMM_WORLD);
     Lammps lmp;

@@ -2,6 +2,7 @@
 
 #include "crack_body.h"
 
+#include <Eigen/SVD>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -424,6 +425,53 @@ TEST(CrackSoftening, ClosedPlaneCarriesCompression)
     EXPECT_GT(stress[0], 0.0);
     EXPECT_NEAR(stress[1] / stress[0], 1.0, 0.03) << angle;    // 1 at 0, 0.98 at 45 degrees
   }
+}
+
+// The rotation nearest to the joints is that of the singular value decomposition, and its response the derivative.
+TEST(CrackSoftening, RotationOfADE)
+{
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 300; ++k) {
+    Vec3 dX[6], y[6];
+    const Mat3 turn = random_rotation(random);
+    const double strain = k % 3 ? 1e-3 : 0.3;
+    for (int s = 0; s < 6; ++s) {
+      dX[s] = (s % 2 ? 1e-3 : -1e-3) * Vec3::Unit(s / 2);
+      y[s] = turn * dX[s] + 1e-3 * strain * Vec3(normal(random), normal(random), normal(random));
+    }
+    const CrackEnd end{dX, y, 0x3f};
+    const unsigned use = k % 2 ? 0x3fu
+        : k % 4                ? 0x15u
+                               : 0x06u;    // all, one corner, two in a plane
+    Mat3 A = Mat3::Zero();
+    for (int s = 0; s < 6; ++s)
+      if (use >> s & 1u) A += y[s] * dX[s].transpose();
+    const Eigen::JacobiSVD<Mat3> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Mat3 U = svd.matrixU();
+    if ((U * svd.matrixV().transpose()).determinant() < 0.0) U.col(2) *= -1.0;
+    const DERotation r = de_rotation(end, use);
+    ASSERT_TRUE(r.defined);
+    EXPECT_LT((r.R - U * svd.matrixV().transpose()).norm(), 1e-12);
+
+    // a little more motion turns it by response * sum (R dX) x dy
+    Vec3 moved[6], turned = Vec3::Zero();
+    for (int s = 0; s < 6; ++s) {
+      const Vec3 dy = 1e-9 * Vec3(normal(random), normal(random), normal(random));
+      moved[s] = y[s] + dy;
+      if (use >> s & 1u) turned += r.response * (r.R * dX[s]).cross(dy);
+    }
+    const Mat3 more = de_rotation({dX, moved, 0x3f}, use).R * r.R.transpose();
+    const Vec3 angle =
+        0.5 * Vec3(more(2, 1) - more(1, 2), more(0, 2) - more(2, 0), more(1, 0) - more(0, 1));
+    EXPECT_LT((angle - turned).norm(), 1e-5 * turned.norm() + 1e-14);
+  }
+  // along a line, or of one joint, there is none
+  const Vec3 line[6] = {Vec3(-1, 0, 0), Vec3(1, 0, 0), Vec3::Zero(),
+                        Vec3::Zero(),   Vec3::Zero(),  Vec3::Zero()};
+  EXPECT_FALSE(de_rotation({line, line, 3}, 3).defined);
+  EXPECT_FALSE(de_rotation({line, line, 3}, 1).defined);
+  EXPECT_FALSE(de_rotation({line, line, 0}, 0).defined);
 }
 
 TEST(CrackSoftening, StateIsPlainData)

@@ -25,15 +25,18 @@
 /// 1.5 d of the plane of a cut joint whose p is within d) it takes `overstrength` times as much: that is how cracks branch.
 ///
 /// **Entry.** Where a ring is open because finite elements are in its way, the front waits before their faces. It
-/// asks for them once m . S m, S of the corners at the tie, reaches sigma_t: they are to convert, whatever
-/// their own stress. Then the ring closes and the front goes on.
+/// asks for them once its DE is not quiet and m . S m, S of the corners at the tie, reaches `entry` sigma_t: they are
+/// to convert, whatever their own stress. Then the ring closes and the front goes on. `entry` is below 1 so that all
+/// elements along a front have converted before it moves: where some had, fronts left their plane.
 ///
 /// All decisions come from the state at their beginning, sums are ordered by ID and a joint is decided upon by the
 /// rank of its DE of the lower ID, so neither numbering nor ranks matter.
 ///
 /// Differences from the law's first form (prototypes): a nucleus competes only with joints that could
 /// open themselves (else a joint that is loaded more but badly aligned keeps its neighbours shut);
-/// rings of any size; directions of nuclei in exactly equibiaxial tension come from the hash, not from rounding or the mesh.
+/// rings of any size; memory 1 in place of 0.3, at which fronts in a strip of DEs between finite elements, two DEs wide
+/// and so with little to average over, turned by 90 degrees where the stress along the crack is the larger one;
+/// directions of nuclei in exactly equibiaxial tension come from the hash, not from rounding or the mesh.
 ///
 /// What a step needs, and what ranks exchange: end of this file.
 
@@ -60,9 +63,10 @@ struct CrackStart {
 };
 
 struct CrackGrowthParameters {
-  double memory = 0.3;          ///< weight of the old direction
+  double memory = 1.0;          ///< weight of the old direction
   double overstrength = 2.0;    ///< beside a crack, times sigma_t; 1.3 to 2
   double scatter = 0.01;        ///< of the strength of nuclei; growth keeps sigma_t
+  double entry = 0.3;           ///< of a front before a finite element, times sigma_t
 };
 
 /// Strength of the joint between two DEs by their types; infinite where none may be cut.
@@ -77,12 +81,14 @@ struct CrackStrength {
 class CrackGrowth {
  public:
   /// Share of sigma_t for crack_quiet_energy: what is below need not be looked at.
-  static constexpr double quiet_share = 0.8;
+  static constexpr double quiet_share = 0.98;
 
   /// Numbers of DEs have changed; cracks are forgotten and must be added again.
   void reset(const CrackLattice &lattice);
   /// A cut joint, of own DEs or ghosts, by either end.
   void add_crack(const CrackLattice &lattice, int joint, const CrackMemory &memory);
+  /// One that is no joint any more; before it loses its partner in the lattice.
+  void remove_crack(const CrackLattice &lattice, int joint);
 
   /// Finds DEs whose corner stresses decide(): those that are not quiet, their neighbours, and what fronts beside them average over.
   /// \param energy, quiet  [n] strain energy of DEs, ghosts as well; crack_quiet_energy (of the least sigma_t)
@@ -92,6 +98,7 @@ class CrackGrowth {
   bool marked(int de) const { return place[de] >= 0; }
   /// Room for the stress of a marked DE: to be filled for all of them before decide().
   CrackStress &stress(int de) { return stresses[place[de]]; }
+  const CrackStress &stress(int de) const { return stresses[place[de]]; }
 
   /// \param starts  joints of own DEs (lower IDs) that open, ordered by their IDs
   void decide(const CrackLattice &lattice, const CrackStrength &strength,
@@ -138,7 +145,7 @@ class CrackGrowth {
   bool near_loud(const CrackLattice &, int joint, bool regular) const;
   void find_fronts(const CrackLattice &);
   void find_waiting(const CrackLattice &, int joint);
-  void enter(const CrackLattice &, const CrackStrength &);
+  void enter(const CrackLattice &, const CrackStrength &, double share);
   void activate(int de);
   void find_hot(const CrackLattice &, const CrackStrength &);
   const Hot *hot_joint(const CrackLattice &, int joint) const;

@@ -34,6 +34,9 @@ struct CrackLattice {
   const unsigned char *state;    ///< [6 n] of joints, the same at both ends
   /// [n] bit s set: slot s ends on the face of a finite element of the same part; null: none
   const unsigned char *ties = nullptr;
+  /// [n] bits that belong to the place of the DE, see crack_place_key(): also across periodic borders the same
+  /// for all images; null: they are made of X
+  const std::uint64_t *key = nullptr;
 
   Vec3 vector(int joint) const    ///< from the DE of this end to the other one, reference
   {
@@ -49,6 +52,10 @@ struct CrackLattice {
   }
   bool cut(int joint) const { return state[joint] != INTACT; }
 };
+
+/// Bits that belong to a place: random, but the same whatever the numbering. Places are rounded to a hundredth of
+/// `size` (that of the DE, or so), off the multiples of the mesh size, so that rounding does not matter.
+std::uint64_t crack_place_key(const Vec3 &place, double size);
 
 struct CrackRing {
   static constexpr int most = 12;

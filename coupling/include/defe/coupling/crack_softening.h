@@ -64,13 +64,17 @@ struct CrackJoint {
   double taken;             ///< J, at the switch
   unsigned char used[2];    ///< joints that R is taken from, at either end
   unsigned char broken;
-  unsigned char pad[5];    ///< always 0
+  unsigned char rest;    ///< the caller's: 1 + steps for which an open plane need not be looked at
+  unsigned char pad[4];    ///< always 0
 };
 
-/// Rotation of a DE: polar factor of sum y dX^T.
+/// Rotation of a DE: polar factor of sum y dX^T, the rotation that brings the dX nearest to the y. By the largest
+/// eigenvalue of Horn's matrix of quaternions (J. Opt. Soc. Am. A 4 (1987) 629), which is a simple root of its
+/// characteristic polynomial unless the joints are on a line.
 struct DERotation {
   bool defined = false;
   Mat3 R = Mat3::Identity();
+  double quaternion[4] = {0.0, 0.0, 0.0, 1.0};    ///< x y z w
   Mat3 response;    ///< d theta = response * sum (R dX) x dy, in space
 };
 DERotation de_rotation(const CrackEnd &end, unsigned use);
@@ -111,7 +115,8 @@ struct CrackForces {
   /// Share of it that the surroundings have paid since the switch, at D = 1 the work done on the joint: G_f A_p if it is
   /// drawn apart along m. The rest, in all what was taken over at the switch, is elastic energy of the lattice.
   double fracture;
-  double excess;    ///< as in CohesiveResult, times the area
+  double excess;      ///< as in CohesiveResult, times the area
+  double work_new;    ///< same
   double damage;
   bool newly_broken;
   bool apart;    ///< broken and so far away that it is for the contact of spheres

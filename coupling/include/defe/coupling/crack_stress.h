@@ -27,6 +27,10 @@ static_assert(sizeof(CrackStress) == CrackStress::size * sizeof(double), "no gap
 CrackStress crack_stress(const GeneralCell &cell, const Vec3 y[6], unsigned present,
                          const CornerModuli &moduli);
 
+/// The same for a cell that is_orthogonal(): a few times faster.
+CrackStress crack_stress_orthogonal(const GeneralCell &cell, const Vec3 y[6], unsigned present,
+                                    const CornerModuli &moduli);
+
 Mat3 crack_tensor(const double sum[6]);
 
 /// Strain energy of a DE below which neither it nor a joint of it with a DE that is below, too, can have

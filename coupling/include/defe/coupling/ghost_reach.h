@@ -19,6 +19,8 @@ namespace ghosts {
   constexpr double missing_node = 1.5;
   /// by the longest element: a DE behind the far face of an element that converts, which may have swung about its tie
   constexpr double swung_de = 0.4;
+  /// the same: three joints from a DE, for elements of any shape
+  constexpr double three_joints = 0.55;
   /// by the longest diagonal of a face: an element from a point that gets into contact beside and under its face
   constexpr double beside_facet = 0.65;
   /// both may have moved since the lists were made
@@ -32,13 +34,14 @@ struct GhostNeeds {
   double largest_ball = 0.0;      ///< radius
   double skin = 0.0;
   bool des = false, contact = false;
+  bool cracks = false;    ///< fronts of cracks look three joints around them
 };
 
 /// Nodes of an element lie so far from its first node at most; ends of joints and ties from their DE are nearer. With
 /// DEs and contact there is more to know beyond.
 inline double ghost_reach(const GhostNeeds &n)
 {
-  double more = n.des ? ghosts::swung_de * n.longest : 0.0;
+  double more = n.des ? (n.cracks ? ghosts::three_joints : ghosts::swung_de) * n.longest : 0.0;
   if (n.contact) {
     const double facet = n.facet_diagonal * n.longest / n.diagonal;
     more = std::max(

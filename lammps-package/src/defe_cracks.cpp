@@ -1,0 +1,574 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+
+   Tables and messages for cracks that go where the stress sends them. A joint is decided upon, and
+   computed, by the rank of its DE of the lower ID; others hear of it with the states of joints.
+------------------------------------------------------------------------- */
+
+#include "defe_cracks.h"
+
+#include "fix_defe.h"
+
+#include "atom.h"
+#include "domain.h"
+#include "error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+using defe::Vec3;
+
+namespace {
+
+// of a slot in the first number of a DE's table
+constexpr int SLOT_BITS = 6;
+enum : int64_t { JOINED = 1, CUT = 2, REMEMBERED = 4 };
+
+void pack(const defe::CrackMemory &memory, double *buf)
+{
+  for (int k = 0; k < 3; k++) buf[k] = memory.m[k];
+  buf[3] = memory.f;
+}
+
+defe::CrackMemory unpack(const double *buf)
+{
+  return {{buf[0], buf[1], buf[2]}, buf[3]};
+}
+
+defe::CrackMemory memory_of(const defe::CrackJoint &law)
+{
+  return {{law.m[0], law.m[1], law.m[2]}, law.f};
+}
+
+}    // namespace
+
+DefeCracks::DefeCracks(LAMMPS *lmp, FixDefe *host) : Pointers(lmp), fix(host), jt(host->jt) {}
+
+void DefeCracks::set_strengths(int n, std::vector<double> strength,
+                               const std::vector<defe::CornerModuli> &of_parts)
+{
+  sigma_t = std::move(strength);
+  moduli = of_parts;
+  least_strength = *std::min_element(sigma_t.begin(), sigma_t.end());
+  types = std::isfinite(least_strength) ? n : 0;
+  if (types > 256)
+    error->all(FLERR, "Pair style defe/* follows cracks with up to 255 atom types, not {}",
+               types - 1);
+}
+
+defe::CrackLattice DefeCracks::lattice() const
+{
+  return {jt.nde,
+          jt.nall,
+          id.data(),
+          reinterpret_cast<const double(*)[3]>(X.data()),
+          reinterpret_cast<const int(*)[6]>(partner.data()),
+          corner.data(),
+          state.data(),
+          ties.data(),
+          key.data()};
+}
+
+/* ----------------------------------------------------------------------
+   new tables: this rank's part
+------------------------------------------------------------------------- */
+
+void DefeCracks::prepare()
+{
+  const int n = jt.nde, nall = jt.nall;
+  id.resize(nall);
+  X.resize(nall);
+  type.resize(nall);
+  for (int d = 0; d < nall; d++) {
+    const int i = jt.self[d];
+    id[d] = atom->tag[i];
+    type[d] = static_cast<unsigned char>(atom->type[i]);
+    for (int k = 0; k < 3; k++) X[d][k] = fix->x_frame(i)[k];
+  }
+  partner.assign(nall, {-1, -1, -1, -1, -1, -1});
+  other.assign(nall, {0, 0, 0, 0, 0, 0});
+  its_slot.resize(nall);
+  corner.assign(nall, 0);
+  ties.assign(nall, 0);
+  state.assign(6 * static_cast<size_t>(nall), defe::CrackLattice::INTACT);
+  quiet.assign(nall, HUGE_VAL);
+  key.assign(nall, 0);
+  cuts.clear();
+  for (int d = 0; d < n; d++) {
+    const DERecord &r = *jt.rec[d];
+    corner[d] = static_cast<unsigned char>(r.corner);
+    double place[3];    // never wrapped
+    domain->unmap(X[d].data(), atom->image[jt.self[d]], place);
+    key[d] = defe::crack_place_key(Vec3(place), std::cbrt(r.volume));
+    quiet[d] = defe::crack_quiet_energy(r.volume, moduli[r.part], least_strength,
+                                        defe::CrackGrowth::quiet_share);
+    for (int s = 0; s < 6; s++) {
+      const JointSlot &slot = r.slot[s];
+      if (slot.kind == DefeJoint::TIE && slot.state == DefeJoint::CONNECTIVE && slot.part == r.part)
+        ties[d] = static_cast<unsigned char>(ties[d] | 1u << s);
+      if (slot.kind != DefeJoint::DE || jt.partner[d][s] < 0) continue;
+      other[d][s] = slot.other;
+      its_slot[d][s] = slot.partner;
+      if (jt.state[6 * d + s] != DefeJoint::CONNECTIVE)
+        state[6 * d + s] = defe::CrackLattice::SOFTENING;
+      if (const JointCrack *c = find(6 * d + s)) cuts.push_back({6 * d + s, memory_of(c->law)});
+    }
+  }
+}
+
+int DefeCracks::pack_table(int d, double *buf) const
+{
+  int64_t bits = corner[d];
+  int m = 3;
+  buf[1] = quiet[d];
+  memcpy(&buf[2], &key[d], sizeof(double));
+  for (int s = 0; s < 6; s++) {
+    if (!other[d][s]) continue;
+    int64_t b = JOINED | static_cast<int64_t>(its_slot[d][s]) << 3;
+    if (state[6 * d + s]) b |= CUT;
+    buf[m++] = ubuf(other[d][s]).d;
+    const auto cut = std::find_if(cuts.begin(), cuts.end(), [&](const Cut &c) {
+      return c.joint == 6 * d + s;
+    });
+    if (cut != cuts.end()) {
+      b |= REMEMBERED;
+      pack(cut->memory, &buf[m]);
+      m += 4;
+    }
+    bits |= b << (3 + SLOT_BITS * s);
+  }
+  buf[0] = ubuf(static_cast<bigint>(bits)).d;
+  return m;
+}
+
+int DefeCracks::unpack_table(int d, const double *buf)
+{
+  const auto bits = static_cast<int64_t>(ubuf(buf[0]).i);
+  corner[d] = static_cast<unsigned char>(bits & 7);
+  quiet[d] = buf[1];
+  memcpy(&key[d], &buf[2], sizeof(double));
+  int m = 3;
+  for (int s = 0; s < 6; s++) {
+    const int64_t b = bits >> (3 + SLOT_BITS * s) & ((1 << SLOT_BITS) - 1);
+    if (!(b & JOINED)) continue;
+    other[d][s] = static_cast<tagint>(ubuf(buf[m++]).i);
+    its_slot[d][s] = static_cast<signed char>(b >> 3 & 7);
+    if (b & CUT) state[6 * d + s] = defe::CrackLattice::SOFTENING;
+    if (b & REMEMBERED) {
+      cuts.push_back({6 * d + s, unpack(&buf[m])});
+      m += 4;
+    }
+  }
+  return m;
+}
+
+/* ----------------------------------------------------------------------
+   the other ends of ghosts' joints, as far as they are here. The nearest image of an ID may be that of another
+   side of a periodic box: joints are shorter than half of it.
+------------------------------------------------------------------------- */
+
+void DefeCracks::find_partners_of_ghosts()
+{
+  for (int d = jt.nde; d < jt.nall; d++)
+    for (int s = 0; s < 6; s++) {
+      const tagint tag = other[d][s];
+      if (tag <= 0 || tag > atom->map_tag_max) continue;
+      const int j = domain->closest_image(jt.self[d], atom->map(tag));
+      const int e = j < 0 ? -1 : jt.of_atom[j];
+      if (e < 0) continue;
+      bool near = true;
+      for (int k = 0; k < 3; k++)
+        near =
+            near && !(domain->periodicity[k] && std::abs(X[e][k] - X[d][k]) > 0.5 * domain->prd[k]);
+      const int t = its_slot[d][s];
+      if (near && other[e][t] == id[d]) partner[d][s] = 6 * e + t;
+    }
+}
+
+void DefeCracks::resolve()
+{
+  for (int d = 0; d < jt.nde; d++)
+    for (int s = 0; s < 6; s++)
+      if (other[d][s]) partner[d][s] = jt.partner[d][s];
+  find_partners_of_ghosts();
+
+  // the lower end knows first
+
+  for (int ds = 0; ds < 6 * jt.nall; ds++) {
+    const int there = partner[ds / 6][ds % 6];
+    if (there >= 0 && id[ds / 6] < id[there / 6]) state[there] = state[ds];
+  }
+  growth.reset(lattice());
+  coming.clear();
+  parting.clear();
+  cutting.clear();
+  shares.clear();
+  for (const Cut &c : cuts) {
+    if (other_end(c.joint) < 0) continue;
+    if (state[c.joint])
+      growth.add_crack(lattice(), c.joint, c.memory);
+    else
+      coming.push_back(c);
+  }
+  cuts.clear();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DefeCracks::cut_noted()
+{
+  for (const Cut &c : coming) {
+    state[c.joint] = state[other_end(c.joint)] = defe::CrackLattice::SOFTENING;
+    growth.add_crack(lattice(), c.joint, c.memory);
+  }
+  coming.clear();
+  memories.clear();
+}
+
+/* ----------------------------------------------------------------------
+   energies are never negative: the sign says whether shares follow
+------------------------------------------------------------------------- */
+
+int DefeCracks::pack_energy(int d, double *buf) const
+{
+  const auto share = shares.find(d);
+  buf[0] = share == shares.end() ? jt.energy[d] : std::copysign(jt.energy[d], -1.0);
+  if (share == shares.end()) return 1;
+  for (int s = 0; s < 6; s++) buf[1 + s] = share->second[s];
+  return 7;
+}
+
+int DefeCracks::unpack_energy(int d, const double *buf)
+{
+  jt.energy[d] = std::abs(buf[0]);
+  if (!std::signbit(buf[0])) return 1;
+  auto &share = shares[d];
+  for (int s = 0; s < 6; s++) share[s] = buf[1 + s];
+  return 7;
+}
+
+double DefeCracks::budget(int joint) const
+{
+  double sum = 0.0;
+  for (int end : {joint, other_end(joint)}) {
+    const auto share = shares.find(end / 6);
+    if (share != shares.end()) sum += share->second[end % 6];
+  }
+  return sum;
+}
+
+double DefeCracks::take_over(int joint, const defe::CohesiveParameters &par)
+{
+  JointCrack &c = *find(joint);
+  defe::crack_take_over(c.law, geometry(joint), budget(joint), moduli[jt.material[joint / 6]], par);
+  return c.law.s0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+defe::CrackEnd DefeCracks::end(int d, End &store) const
+{
+  const defe::CrackLattice l = lattice();
+  unsigned present = 0;
+  const Vec3 xd(atom->x[jt.self[d]]);
+  for (int s = 0; s < 6; s++) {
+    store.dX[s].setZero();
+    store.y[s].setZero();
+    if (partner[d][s] < 0) continue;
+    store.dX[s] = l.vector(6 * d + s);
+    store.y[s] = Vec3(atom->x[jt.self[partner[d][s] / 6]]) - xd;
+    if (!state[6 * d + s]) present |= 1u << s;
+  }
+  return {store.dX, store.y, present};
+}
+
+defe::CrackGeometry DefeCracks::geometry(int joint) const
+{
+  const JointSlot &slot = jt.rec[joint / 6]->slot[joint % 6];
+  return {lattice().vector(joint), slot.area * Vec3(slot.normal)};
+}
+
+namespace {
+
+defe::CrackForces open_plane()
+{
+  defe::CrackForces out;
+  out.force = out.torque = out.at[0] = out.at[1] = Vec3::Zero();
+  for (auto &arms : out.arm)
+    for (Vec3 &f : arms) f.setZero();
+  out.dissipated = out.fracture = out.excess = out.work_new = 0.0;
+  out.damage = 1.0;
+  out.newly_broken = out.apart = false;
+  return out;
+}
+
+}    // namespace
+
+defe::CrackForces DefeCracks::look(int joint, const defe::CohesiveParameters &par,
+                                   defe::CrackJoint &law) const
+{
+  End near, far;
+  const int there = other_end(joint);
+  return defe::crack_update(law, geometry(joint), end(joint / 6, near), end(there / 6, far),
+                            Vec3(atom->x[jt.self[there / 6]]) - Vec3(atom->x[jt.self[joint / 6]]),
+                            Vec3::Zero(), moduli[jt.material[joint / 6]], par);
+}
+
+defe::CrackForces DefeCracks::advance(int joint, const defe::CohesiveParameters &par, double dt)
+{
+  const int there = other_end(joint);
+  const int i = jt.self[joint / 6], j = jt.self[there / 6];
+  const Vec3 y = Vec3(atom->x[j]) - Vec3(atom->x[i]);
+  defe::CrackJoint &law = find(joint)->law;
+
+  // see let_rest(). Before a run what rested in the last step rests still.
+
+  if (law.broken && law.rest > (dt > 0.0 ? 1 : 0)) {
+    if (dt > 0.0) law.rest--;
+    return open_plane();
+  }
+  law.rest = 0;
+
+  // far apart, whatever the rotation
+
+  const defe::CrackGeometry g = geometry(joint);
+  if (law.broken && y.norm() - Vec3(law.offset).norm() > 0.2 * g.d.norm()) {
+    defe::CrackForces out = open_plane();
+    out.excess = law.stored;
+    out.apart = true;
+    law.stored = 0.0;
+    return out;
+  }
+  End near, far;
+  const Vec3 spin = 0.5 * dt * (Vec3(atom->omega[i]) + Vec3(atom->omega[j]));
+  const auto out = defe::crack_update(law, g, end(joint / 6, near), end(there / 6, far), y, spin,
+                                      moduli[jt.material[joint / 6]], par);
+  if (law.broken && !out.apart) let_rest(joint, law, dt);
+  return out;
+}
+
+/* ----------------------------------------------------------------------
+   A broken joint whose plane is open need not be looked at before it can have closed: as long as everything
+   around it does not move four times as fast as now, against each other.
+------------------------------------------------------------------------- */
+
+void DefeCracks::let_rest(int joint, defe::CrackJoint &law, double dt) const
+{
+  constexpr int longest = 20;
+  const double gap = Vec3(law.e).dot(Vec3(law.m));
+  if (!(gap > 0.0) || !(dt > 0.0)) return;
+  const int there = other_end(joint) / 6;
+  const auto v = [this](int d) {
+    return Vec3(atom->v[jt.self[d]]);
+  };
+  double turning = 0.0;
+  bool held = true;
+  for (int d : {joint / 6, there}) {
+    int arms = 0;
+    for (int s = 0; s < 6; s++) {
+      const int other = partner[d][s];
+      if (other < 0 || state[6 * d + s]) continue;
+      arms++;
+      turning = MAX(turning, (v(other / 6) - v(d)).norm() / lattice().vector(6 * d + s).norm());
+    }
+    held = held && arms > 1;
+  }
+  if (!held) return;    // it turns with the spins, step by step
+  const double closing =
+      (v(there) - v(joint / 6)).norm() + 2.0 * turning * geometry(joint).d.norm();
+  const double steps = MIN(static_cast<double>(longest), 0.25 * gap / (closing * dt));
+  if (steps >= 1.0) law.rest = static_cast<unsigned char>(1.0 + steps);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DefeCracks::arms(int d, Vec3 y[6]) const
+{
+  const Vec3 xd(atom->x[jt.self[d]]);
+  for (int s = 0; s < 6; s++) {
+    const int nb = jt.nb[d][s];
+    y[s] = Vec3(nb >= 0 ? atom->x[nb] : &jt.tie_point[3 * ~nb]) - xd;
+  }
+}
+
+defe::GeneralCell DefeCracks::cell(int d) const
+{
+  if (d >= jt.north) return jt.cell[d - jt.north];
+  defe::GeneralCell c;
+  c.tie = 0;
+  for (int s = 0; s < 6; s++) {
+    const int nb = jt.nb[d][s];
+    c.face[s] = Vec3(jt.rec[d]->slot[s].face);
+    c.dX[s].setZero();
+    if (nb < 0) {
+      c.dX[s] = c.face[s];
+      c.tie = static_cast<unsigned char>(c.tie | 1u << s);
+    } else if (nb != jt.self[d])
+      c.dX[s] = Vec3(fix->x_frame(nb)) - Vec3(X[d].data());
+  }
+  return c;
+}
+
+double DefeCracks::release(int d, unsigned leaving, double share[6]) const
+{
+  Vec3 y[6];
+  arms(d, y);
+  return defe::crack_release(cell(d), y, jt.present[d], leaving, moduli[jt.material[d]], share);
+}
+
+/* ----------------------------------------------------------------------
+   decisions
+------------------------------------------------------------------------- */
+
+void DefeCracks::mark()
+{
+  foreign.clear();
+  for (int d : growth.mark(lattice(), jt.energy.data(), quiet.data())) {
+    growth.stress(d) = defe::CrackStress{};
+    if (d >= jt.nde) continue;
+    Vec3 y[6];
+    arms(d, y);
+    const auto &law = moduli[jt.material[d]];
+    growth.stress(d) = d < jt.north ? defe::crack_stress_orthogonal(cell(d), y, jt.present[d], law)
+                                    : defe::crack_stress(cell(d), y, jt.present[d], law);
+  }
+}
+
+int DefeCracks::pack_stress(int n, const int *list, double *buf) const
+{
+  int m = 1;
+  for (int k = 0; k < n; k++) {
+    const int d = jt.of_atom[list[k]];
+    if (d < 0) continue;
+    const defe::CrackStress *s = nullptr;
+    if (d < jt.nde) {
+      if (growth.marked(d)) s = &growth.stress(d);
+    } else {    // on its way to a third rank
+      const auto found = foreign.find(d);
+      if (found != foreign.end()) s = &found->second;
+    }
+    if (!s) continue;
+    buf[m++] = k;
+    memcpy(&buf[m], s, sizeof(defe::CrackStress));
+    m += defe::CrackStress::size;
+  }
+  buf[0] = m;
+  return m;
+}
+
+void DefeCracks::unpack_stress(int first, const double *buf)
+{
+  const int size = static_cast<int>(buf[0]);
+  for (int m = 1; m < size; m += 1 + defe::CrackStress::size) {
+    const int d = jt.of_atom[first + static_cast<int>(buf[m])];
+    memcpy(&foreign[d], &buf[m + 1], sizeof(defe::CrackStress));
+    if (growth.marked(d)) growth.stress(d) = foreign[d];
+  }
+}
+
+void DefeCracks::decide()
+{
+  noted.clear();
+  const defe::CrackLattice l = lattice();
+  growth.decide(l, {type.data(), types, sigma_t.data()}, defe::CrackGrowthParameters(), decisions);
+  for (const auto &start : decisions) {
+    const int joint = start.joint, there = other_end(joint);
+    const double *h = &jt.half_force[joint / 6][3 * (joint % 6)];
+    const double *g = &jt.half_force[there / 6][3 * (there % 6)];
+    End near, far;
+    JointCrack crack;
+    memset(static_cast<void *>(&crack), 0, sizeof(crack));
+    crack.slot = joint % 6;
+    if (!defe::crack_start(crack.law, Vec3(start.memory.m), start.memory.f, geometry(joint),
+                           Vec3(h) - Vec3(g), end(joint / 6, near), end(there / 6, far),
+                           Vec3(atom->x[jt.self[there / 6]]) - Vec3(atom->x[jt.self[joint / 6]])))
+      continue;
+    forget(joint);
+    fix->touch_at(jt.self[joint / 6]).cracks.push_back(crack);
+    noted.push_back(joint);
+    remember(joint, start.memory);
+  }
+}
+
+void DefeCracks::remember(int joint, const defe::CrackMemory &memory)
+{
+  memories[joint] = memory;
+  if (other_end(joint) >= 0) coming.push_back({joint, memory});
+}
+
+void DefeCracks::keep_noted(int joint)
+{
+  remember(joint, memory_of(find(joint)->law));
+}
+
+void DefeCracks::forget_noted()
+{
+  coming.clear();
+  memories.clear();
+}
+
+bool DefeCracks::pack_memory(int joint, double *buf) const
+{
+  const auto found = memories.find(joint);
+  if (found == memories.end()) return false;
+  pack(found->second, buf);
+  return true;
+}
+
+void DefeCracks::unpack_memory(int joint, const double *buf)
+{
+  remember(joint, unpack(buf));
+}
+
+void DefeCracks::end_of_step()
+{
+  for (int joint : cutting) {
+    const int there = other_end(joint);
+    if (there >= 0) state[joint] = state[there] = defe::CrackLattice::SOFTENING;
+  }
+  cutting.clear();
+  for (int joint : parting) {
+    const int there = other_end(joint);
+    if (there < 0) continue;
+    growth.remove_crack(lattice(), joint);
+    for (int end : {joint, there}) {
+      partner[end / 6][end % 6] = -1;
+      other[end / 6][end % 6] = 0;
+    }
+  }
+  parting.clear();
+}
+
+/* ---------------------------------------------------------------------- */
+
+JointCrack *DefeCracks::find(int joint) const
+{
+  AtomTouch *t = fix->touches(jt.self[joint / 6]);
+  if (t)
+    for (auto &c : t->cracks)
+      if (c.slot == joint % 6) return &c;
+  return nullptr;
+}
+
+void DefeCracks::forget(int joint)
+{
+  AtomTouch *t = fix->touches(jt.self[joint / 6]);
+  if (!t) return;
+  auto &list = t->cracks;
+  list.erase(std::remove_if(list.begin(), list.end(),
+                            [joint](const JointCrack &c) {
+                              return c.slot == joint % 6;
+                            }),
+             list.end());
+}
+
+double DefeCracks::memory_usage() const
+{
+  return static_cast<double>(id.capacity()) *
+      (sizeof(id[0]) + sizeof(X[0]) + sizeof(partner[0]) + sizeof(other[0]) + sizeof(its_slot[0]) +
+       sizeof(quiet[0]) + sizeof(key[0]) + 10.0);
+}

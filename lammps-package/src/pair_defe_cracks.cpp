@@ -1,0 +1,340 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+
+   Joints that cracks cut by their own planes: when in a step what is asked of DefeCracks, and what
+   comes of it: forces on atoms, states, events, the account of energy.
+------------------------------------------------------------------------- */
+
+#include "pair_defe_joint.h"
+
+#include "defe_cracks.h"
+#include "fix_defe.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "update.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+using defe::Vec3;
+
+// beside the state, in the table and in the message to other ranks: the joint becomes cohesive in the next
+// step; in the message also: and the plane of the crack follows
+static constexpr int PENDING = 4, PENDING_WITH_PLANE = 5;
+
+/* ----------------------------------------------------------------------
+   cracks are followed if any pair of types has a strength without "lattice"
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::prepare_cracks()
+{
+  const int n = atom_types + 1;
+  std::vector<double> strength(static_cast<size_t>(n) * n, HUGE_VAL);
+  lattice_beside_cracks = false;
+  for (size_t k = 0; k < strength.size() && with_connective && with_cohesive; k++) {
+    if (!coeffs[k].has_cohesive) continue;
+    if (coeffs[k].lattice)
+      lattice_beside_cracks = true;
+    else
+      strength[k] = coeffs[k].cohesive.sigma_t;
+  }
+  cracks = std::make_unique<DefeCracks>(lmp, fix);
+  cracks->set_strengths(n, strength, table);
+  fix->cracks_ask = with_cracks = cracks->on();
+  comm_forward = with_cracks ? DefeCracks::STRESS_SIZE : 18;
+  if (!with_cracks) cracks.reset();
+}
+
+void PairDefeJoint::update_crack_tables()
+{
+  cracks->prepare();
+  comm_mode = CRACK_TABLE;
+  comm->forward_comm(this, DefeCracks::TABLE_SIZE);
+  cracks->resolve();
+}
+
+/* ----------------------------------------------------------------------
+   whether the joint is cut by a plane of its own; else its normal is that of the mesh
+------------------------------------------------------------------------- */
+
+bool PairDefeJoint::by_crack(int d, int s) const
+{
+  if (!with_cracks) return false;
+  const int other = fix->jt.nb[d][s];
+  if (other < 0) return false;
+  return !coeffs[atom->type[fix->jt.self[d]] * (atom_types + 1) + atom->type[other]].lattice;
+}
+
+/* ----------------------------------------------------------------------
+   joints that become cohesive in the next step
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::note_joint(int ds)
+{
+  fix->jt.rec[ds / 6]->slot[ds % 6].pending = 1;
+  fix->jt.pending.push_back(ds);
+}
+
+/* ----------------------------------------------------------------------
+   before they are noted anew. Before a run cracks do not decide again: their step is over.
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::drop_notes()
+{
+  auto &jt = fix->jt;
+  if (with_cracks) cracks->forget_noted();
+  std::vector<int> kept;
+  for (int ds : jt.pending) {
+    if (update->setupflag && jt.partner[ds / 6][ds % 6] >= 0 && by_crack(ds / 6, ds % 6)) {
+      kept.push_back(ds);
+      if (cracks->find(ds)) cracks->keep_noted(ds);
+    } else
+      jt.rec[ds / 6]->slot[ds % 6].pending = 0;
+  }
+  jt.pending = std::move(kept);
+}
+
+void PairDefeJoint::decide_cracks()
+{
+  auto &jt = fix->jt;
+  if (update->setupflag) return;
+  cracks->mark();
+  comm_mode = CRACK_STRESS;
+  comm->forward_comm(this, DefeCracks::STRESS_SIZE);
+  cracks->decide();
+  for (int joint : cracks->starts()) {
+    note_joint(joint);
+    const int other = jt.partner[joint / 6][joint % 6];
+    if (other < 6 * jt.nde) note_joint(other);
+  }
+  if (!fix->elements_evaluated()) return;
+  for (int ds : jt.asking) jt.rec[ds / 6]->slot[ds % 6].asks = 0;
+  jt.asking = cracks->entered();
+  for (int ds : jt.asking) jt.rec[ds / 6]->slot[ds % 6].asks = 1;
+}
+
+/* ----------------------------------------------------------------------
+   what this DE's corners let go, for the joints that leave them in the next step
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::share_out_release(int d, unsigned leaving)
+{
+  bool any = false;
+  for (int s = 0; s < 6; s++) any = any || ((leaving & 1u << s) && by_crack(d, s));
+  if (!any) return;
+  double share[6];
+  cracks->release(d, leaving, share);
+  for (int s = 0; s < 6; s++)
+    if ((leaving & 1u << s) && by_crack(d, s)) fix->jt.rec[d]->slot[s].stored = share[s];
+}
+
+/* ----------------------------------------------------------------------
+   what was noted begins: first that all ranks know of the joints, then what both ends let go
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::begin_cracks()
+{
+  auto &jt = fix->jt;
+  cracks->cut_noted();
+  std::array<double, 6> share{};
+  for (size_t k = 0; k < jt.pending.size(); k++) {    // they are sorted
+    const int d = jt.pending[k] / 6, s = jt.pending[k] % 6;
+    if (by_crack(d, s)) share[s] = jt.rec[d]->slot[s].stored;
+    if (k + 1 < jt.pending.size() && jt.pending[k + 1] / 6 == d) continue;
+    cracks->set_shares(d, share);
+    share.fill(0.0);
+  }
+}
+
+void PairDefeJoint::take_over_cracks()
+{
+  auto &jt = fix->jt;
+  for (int ds : jt.cohesive) {
+    const int d = ds / 6, s = ds % 6;
+    JointSlot &slot = jt.rec[d]->slot[s];
+    if (slot.pending != 2 || slot.kind == DefeJoint::TIE || !by_crack(d, s)) continue;
+    const auto &law = coeff_of(atom->type[jt.self[d]], atom->type[jt.nb[d][s]]).cohesive;
+    event(d, s, defe::EventKind::COHESIVE, cracks->take_over(ds, law));
+  }
+  cracks->end_take_over();
+}
+
+/* ----------------------------------------------------------------------
+   a softening joint, or the closed plane of a broken one
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::crack_forces(int d, int s)
+{
+  auto &jt = fix->jt;
+  JointSlot &slot = jt.rec[d]->slot[s];
+  const auto &law = coeff_of(atom->type[jt.self[d]], atom->type[jt.nb[d][s]]).cohesive;
+  const double dt = update->setupflag ? 0.0 : update->dt;
+  const auto r = cracks->advance(6 * d + s, law, dt);
+  const double stored = cracks->find(6 * d + s)->law.stored;
+
+  auto &ledger = fix->ledger;
+  ledger.fracture += r.fracture;
+  ledger.release += r.dissipated - r.fracture;
+  ledger.release += slot.pending ? r.work_new - r.dissipated - stored : r.excess;
+  slot.pending = 0;
+  slot.lost += r.dissipated;
+  slot.stored = stored;
+  fix->stored.cohesive += stored;
+
+  if (slot.state == DefeJoint::COHESIVE && cracks->find(6 * d + s)->law.broken) {
+    close_plane(d, s);
+    event(d, s, defe::EventKind::BROKEN, 1.0);
+  }
+  if (r.apart)
+    part_crack(d, s);
+  else
+    apply_crack(d, s, r);
+}
+
+/* ----------------------------------------------------------------------
+   forces on both DEs and on the neighbours that their rotation is taken from: in balance, without a moment
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::apply_crack(int d, int s, const defe::CrackForces &r)
+{
+  if (r.force.squaredNorm() == 0.0) return;
+  const auto &jt = fix->jt;
+  const int there = cracks->other_end(6 * d + s);
+  const int end[2] = {d, there / 6};
+  const int i = jt.self[d];
+  const bool vflag = vflag_global || vflag_atom;
+  const auto pull = [&](int e, const Vec3 &by) {
+    const int k = jt.self[e];
+    for (int c = 0; c < 3; c++) atom->f[k][c] += fix->on_grid(fix->force_grid, by[c], k);
+    if (!vflag || e == d) return;
+    // relative to the first DE: its own force has no share then
+    const double *xk = atom->x[k], *xi = atom->x[i];
+    const double del[3] = {xk[0] - xi[0], xk[1] - xi[1], xk[2] - xi[2]};
+    tally(del, by.data(), i);
+  };
+  pull(end[0], r.force + r.at[0]);
+  pull(end[1], r.at[1] - r.force);
+  for (int k = 0; k < 2; k++)
+    for (int q = 0; q < 6; q++) {
+      const int arm = cracks->partners(end[k])[q];
+      if (arm >= 0 && r.arm[k][q].squaredNorm() > 0.0) pull(arm / 6, r.arm[k][q]);
+    }
+  if (r.torque.squaredNorm() == 0.0) return;
+  for (int e : end) {
+    const int k = jt.self[e];
+    const Vec3 moment = on_grid(r.torque, k, true);
+    for (int c = 0; c < 3; c++) atom->torque[k][c] += moment[c];
+  }
+}
+
+/* ----------------------------------------------------------------------
+   a joint is broken, but the plane of its crack takes pressure as long as it is closed or nearly so
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::close_plane(int d, int s)
+{
+  auto &jt = fix->jt;
+  for (int ds : {6 * d + s, jt.partner[d][s]}) {
+    if (ds < 0 || ds >= 6 * jt.nde) continue;
+    jt.rec[ds / 6]->slot[ds % 6].state = DefeJoint::CONTACT;
+    jt.rec[ds / 6]->slot[ds % 6].plane = 1;
+    jt.state[ds] = DefeJoint::PLANE;
+  }
+}
+
+/* ----------------------------------------------------------------------
+   from now on the two are spheres for each other. Each rank finds the distance at which they begin to touch from the
+   positions of this step.
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::part_crack(int d, int s)
+{
+  auto &jt = fix->jt;
+  cracks->forget(6 * d + s);
+  cracks->part(6 * d + s);
+  const int other = jt.partner[d][s];
+  adopt_state(6 * d + s, DefeJoint::CONTACT);
+  if (other >= 0 && other < 6 * jt.nde) {
+    jt.rec[other / 6]->slot[other % 6].plane = 0;
+    set_apart(other, jt.rec[d]->slot[s].apart);
+    jt.state[other] = DefeJoint::CONTACT;
+  }
+}
+
+/* ----------------------------------------------------------------------
+   state of a joint of mine, as its lower end's rank has it
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::adopt_state(int ds, int state)
+{
+  auto &jt = fix->jt;
+  const int d = ds / 6, s = ds % 6;
+  JointSlot &slot = jt.rec[d]->slot[s];
+  if ((state & PENDING) && slot.pending != 1) note_joint(ds);
+  state &= ~PENDING;
+  if (state == jt.state[ds]) return;
+  const bool was_plane = jt.state[ds] == DefeJoint::PLANE;
+  jt.state[ds] = static_cast<unsigned char>(state);
+  slot.plane = state == DefeJoint::PLANE;
+  slot.state = static_cast<signed char>(slot.plane ? DefeJoint::CONTACT : state);
+  if (state != DefeJoint::CONTACT) return;
+  const int i = jt.self[d], j = jt.nb[d][s];
+  // see FixDefe::distance_if_swung()
+  if (was_plane) set_apart(ds, (1.0 - 1.0e-9) * (Vec3(atom->x[j]) - Vec3(atom->x[i])).norm());
+  add_candidate(i, j, slot.apart);
+}
+
+void PairDefeJoint::set_apart(int ds, double distance)
+{
+  auto &list = fix->jt.apart;
+  JointSlot &slot = fix->jt.rec[ds / 6]->slot[ds % 6];
+  slot.apart = distance;
+  const auto behind = std::find_if(list.begin(), list.end(), [ds](const JointTable::Apart &a) {
+    return a.de > ds / 6;
+  });
+  list.insert(behind, {ds / 6, slot.other, distance});
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PairDefeJoint::pack_state(int d, double *buf) const
+{
+  const auto &jt = fix->jt;
+  int bits = 0, m = 1;
+  for (int s = 0; s < 6; s++) {
+    int state = jt.state[6 * d + s];
+    if (d < jt.nde && jt.rec[d]->slot[s].pending == 1) state |= PENDING;
+    if (with_cracks && (state & PENDING) && cracks->pack_memory(6 * d + s, &buf[m])) {
+      state = PENDING_WITH_PLANE;
+      m += DefeCracks::MEMORY_SIZE;
+    }
+    bits |= state << (3 * s);
+  }
+  buf[0] = bits;
+  return m;
+}
+
+int PairDefeJoint::unpack_state(int d, const double *buf)
+{
+  auto &jt = fix->jt;
+  const int bits = static_cast<int>(buf[0]);
+  int m = 1;
+  for (int s = 0; s < 6; s++) {
+    int state = (bits >> (3 * s)) & 7;
+    if (state == PENDING_WITH_PLANE) {
+      cracks->unpack_memory(6 * d + s, &buf[m]);
+      m += DefeCracks::MEMORY_SIZE;
+      state = PENDING;
+    }
+    const bool changed = jt.state[6 * d + s] != state;
+    jt.state[6 * d + s] = static_cast<unsigned char>(state);
+    if (!with_cracks || !changed || cracks->other_end(6 * d + s) < 0) continue;
+    if (state == DefeJoint::CONTACT) cracks->part(6 * d + s);
+    if (state == DefeJoint::COHESIVE && lattice_beside_cracks) cracks->cut(6 * d + s);
+  }
+  return m;
+}
