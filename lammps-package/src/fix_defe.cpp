@@ -451,18 +451,8 @@ void FixDefe::init()
   if (all < MAXTAGINT)
     error->all(FLERR, "Node {} of the mesh was given a radius: nodes are spheres of radius 0", all);
 
-  // reset_timestep may have put the clock back or forward: shields keep their age, and forces of
-  // the last step are still those
-
-  if (now() != clock)
-    for (int i = 0; i < atom->nlocal; i++)
-      for (auto &h : hexes[i])
-        if (h.extra)
-          for (auto &s : h.extra->shields) s.time += now() - clock;
-  clock = now();
-  if (kept_step == last_step) kept_step = update->ntimestep;
-  last_step = update->ntimestep;
-  convert_step = -1;    // setup schedules anew what is marked
+  follow_clock(update->ntimestep);
+  needs_setup = true;
 
   // elements, joints and facets need their nodes as ghosts, and facets the balls that can reach them
 
@@ -1182,16 +1172,12 @@ void FixDefe::watch_speed()
 
 void FixDefe::initial_integrate(int /*vflag*/)
 {
+  if (!running) begin_run();
   if (after_setup) {
     external_power = power_of_others();
     begin_energy_watch();
   }
   after_setup = false;
-  if (!running) {
-    running = true;
-    between_runs = false;
-    if (!kept.empty()) drop_kept_forces();    // run ... pre no
-  }
   ledger.external += 0.5 * update->dt * external_power;
   subcycle.advance(update->dt);
 }
@@ -1212,6 +1198,8 @@ void FixDefe::post_integrate()
 void FixDefe::setup(int vflag)
 {
   after_setup = true;
+  needs_setup = false;
+  convert_step = -1;    // what is marked is scheduled anew
   if (contact_factor > 0.0) report_contacts();
   continue_with_kept_forces();
   flush_events();    // a file that cannot be written ends the run here, not after hours

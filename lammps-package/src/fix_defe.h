@@ -512,6 +512,7 @@ class FixDefe : public Fix {
                         int held) const;
   void check_time_step(bool changed);
   bool warned_of_step = false;
+  double checked_dt = -1.0;
   void check_name(const char *what, const std::string &name) const;
   void check_numbers_as_names() const;
   void check_bond_fixes(bool converting);
@@ -522,8 +523,9 @@ class FixDefe : public Fix {
   // ---- forces at the end of a run, or in a restart file: see fix_defe_kept.cpp ----
   std::vector<KeptForces> kept;    // by atom; empty while a run goes on
   bigint kept_step = -1, kept_natoms = 0;
-  uint64_t kept_law = 0;    // checksum of what the script says about them
-  bool running = false;     // between the first step of a run and its end
+  uint64_t kept_law = 0;       // checksum of what the script says about them
+  bool running = false;        // between the first step of a run and its end
+  bool needs_setup = false;    // LAMMPS was initialized, which sends atoms around
   bool has_kept(int i) const
   {
     return !kept.empty() && kept[i].motion != 0;
@@ -533,6 +535,9 @@ class FixDefe : public Fix {
   void keep_forces();
   void drop_kept_forces();
   void continue_with_kept_forces();
+  bool kept_places() const;
+  void begin_run();
+  void follow_clock(bigint step);
 
   // ---- restart files: see fix_defe_restart.cpp ----
   int restart_maxsize = 0;    // of the record of any atom on any rank

@@ -18,6 +18,7 @@
 
 #include "atom.h"
 #include "domain.h"
+#include "error.h"
 #include "force.h"
 #include "modify.h"
 #include "update.h"
@@ -101,19 +102,80 @@ void FixDefe::drop_kept_forces()
   update_maxexchange();
 }
 
+/* ----------------------------------------------------------------------
+   the clock may have been put back or forward since the last step (reset_timestep): shields keep their
+   age, forces of the last step are still those, and what waits for a step goes on waiting as long
+------------------------------------------------------------------------- */
+
+void FixDefe::follow_clock(bigint step)
+{
+  const double time = update->atime + (step - update->atimestep) * update->dt;
+  if (time != clock)
+    for (int i = 0; i < atom->nlocal; i++)
+      for (auto &h : hexes[i])
+        if (h.extra)
+          for (auto &s : h.extra->shields) s.time += time - clock;
+  clock = time;
+  if (kept_step == last_step) kept_step = step;
+  if (convert_step >= 0) {
+    convert_step += step - last_step;
+    next_reneighbor = convert_step;
+  }
+  last_step = step;
+}
+
+/* ----------------------------------------------------------------------
+   the first step of a run, for which there may have been no setup (run ... pre no)
+------------------------------------------------------------------------- */
+
+void FixDefe::begin_run()
+{
+  const bigint step = update->ntimestep - 1;
+  if (update->whichflag != 1)
+    error->all(
+        FLERR,
+        "Fix defe: a run, rerun or minimize among the commands of 'run ... every' has ended the "
+        "run around it at step {}, and LAMMPS would go on without a setup: write the pieces one "
+        "after the other, in a loop ('label', 'run', 'next', 'jump')",
+        step);
+  int changed = needs_setup || (!kept.empty() && !kept_places()) ? 1 : 0, any = 0;
+  MPI_Allreduce(&changed, &any, 1, MPI_INT, MPI_MAX, world);
+  if (any)
+    error->all(
+        FLERR,
+        "Fix defe: since the last run (step {}) commands have moved, made or deleted atoms, or "
+        "sorted them anew as minimize, write_restart and write_data do, and 'run ... pre no' "
+        "would go on with forces and neighbours of before: leave out 'pre no'",
+        step);
+  running = true;
+  between_runs = false;
+  follow_clock(step);
+  if (update->dt != checked_dt) check_time_step(false);
+  if (!kept.empty()) drop_kept_forces();
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool FixDefe::kept_places() const
+{
+  if (kept_natoms != atom->natoms || (kept.empty() && atom->nlocal > 0)) return false;
+  for (int i = 0; i < atom->nlocal; i++) {
+    double x[3];
+    domain->unmap(atom->x[i], atom->image[i], x);
+    for (int k = 0; k < 3; k++)
+      if (!(std::abs(x[k] - kept[i].x[k]) <= 1.0e-10 * max_diagonal)) return false;
+  }
+  return true;
+}
+
 /* ---------------------------------------------------------------------- */
 
 void FixDefe::continue_with_kept_forces()
 {
   if (kept_step == update->ntimestep && kept_natoms == atom->natoms && kept_law == kept_laws()) {
-    int same = kept.empty() && atom->nlocal > 0 ? 0 : 1, all = 0;
-    for (int i = 0; i < atom->nlocal && same; i++) {
-      double x[3];
-      domain->unmap(atom->x[i], atom->image[i], x);
-      for (int k = 0; k < 3; k++)
-        if (!(std::abs(x[k] - kept[i].x[k]) <= 1.0e-10 * max_diagonal)) same = 0;
+    int same = kept_places() ? 1 : 0, all = 0;
+    for (int i = 0; i < atom->nlocal && same; i++)
       if (kept[i].motion != kept_motion(i)) same = 0;
-    }
     MPI_Allreduce(&same, &all, 1, MPI_INT, MPI_MIN, world);
     for (int i = 0; i < atom->nlocal && all; i++) {
       std::copy_n(kept[i].f, 3, atom->f[i]);

@@ -230,6 +230,7 @@ void FixDefe::check_rigid_parts()
 void FixDefe::check_time_step(bool changed)
 {
   const double dt = update->dt;
+  checked_dt = dt;
   if (!(dt >= 0.0))
     error->all(FLERR, "Time step {} is negative or no number: fix defe cannot run backwards", dt);
   if (dt_finite > 0.0 && subcycle.every() * dt > dt_finite)
