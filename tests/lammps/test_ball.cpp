@@ -283,3 +283,34 @@ TEST(Ball, GoesThroughWithoutContact)
   lmp.run(200);
   EXPECT_EQ(ball_of(lmp.particles()).v[2], -2.0);
 }
+
+// On edges and corners it is felt where it touches, like on a face, and no size of it is special.
+TEST(Ball, OnEdgesAndCorners)
+{
+  const Vec3 edge = Vec3(1.0, 0.0, 1.0).normalized(), corner = Vec3(1.0, 1.0, 1.0).normalized();
+  const auto push = [](const Vec3 &foot, const Vec3 &direction, double radius, double depth) {
+    Hit hit;
+    hit.radius = radius;
+    hit.factor = "0.2 overlap ease";
+    hit.velocity.setZero();
+    hit.at = foot + (radius - depth) * direction - Vec3(0.0, 0.0, radius + 1e-7);
+    Lammps lmp;
+    hit.start(lmp);
+    const Vec3 f = ball_of(lmp.particles()).f;
+    EXPECT_GE(f.dot(direction), 0.98 * f.norm());
+    return f.norm();
+  };
+  const double depth = 0.02e-3;
+  for (const auto &[foot, direction] :
+       {std::pair(Vec3(8e-3, 3.3e-3, 0.0), edge), {Vec3(8e-3, 8e-3, 0.0), corner}}) {
+    std::vector<double> forces;
+    for (const double radius : {0.5e-3, 1.0e-3, 1.41e-3, 1.42e-3, 2e-3, 3e-3}) {
+      EXPECT_EQ(push(foot, direction, radius, -1e-9), 0.0) << radius;
+      EXPECT_GT(push(foot, direction, radius, 1e-9), 0.0) << radius;
+      forces.push_back(push(foot, direction, radius, depth));
+    }
+    EXPECT_NEAR(forces[3] / forces[2], 1.0, 0.01);
+    // with the depth much smaller than the radius: the plane's R d^3 becomes sqrt(R) d^(5/2), and d^2 on a corner
+    for (size_t k = 1; k < forces.size(); k++) EXPECT_GT(forces[k], 0.99 * forces[k - 1]);
+  }
+}

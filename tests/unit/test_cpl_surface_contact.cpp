@@ -345,12 +345,12 @@ TEST(SurfaceContact, BallOnAPlaneOfFacets)
             energy += f.energy;
             push += f.normal;
           }
-        EXPECT_NEAR(energy / expected, 1.0, 0.03) << R << " " << d << " " << centre.transpose();
+        EXPECT_NEAR(energy / expected, 1.0, 0.01) << R << " " << d << " " << centre.transpose();
         low = std::min(low, on_ball[2]);
         high = std::max(high, on_ball[2]);
         EXPECT_LT(on_ball.head<2>().norm(), 0.02 * on_ball[2]);
       }
-      EXPECT_LT(high / low, 1.03) << R << " " << d;
+      EXPECT_LT(high / low, 1.01) << R << " " << d;
     }
   }
 }

@@ -167,9 +167,11 @@ SurfaceForce sphere_force(const SurfaceContact &, double offset, double r, const
                           const SurfacePair &, Vec3 &on_sphere, FacetLoad &on_facet);
 
 /// A ball of any radius against a facet that is in front of its centre: the penalty pressure
-/// k_A (R - distance) on the facet's points, E = k_A/2 integral (R - |y - c|)^2 dA over those nearer than
-/// R, by Gauss points on the part of the facet that it can reach. On a plane of facets it is
-/// pi k_A R d^3/3 for small d = R - h, wherever the ball lands.
+/// k_A (R - r) on the facet's points, r = |y - c|, E = k_A/2 integral (R - r)^2 w(h/r) dA over those nearer
+/// than R, by 2 x 16 Gauss points on the part of the facet that it can reach. So it begins where they touch, on
+/// edges and corners, too. On a plane of facets it is pi k_A R d^3/3 for small d = R - h, wherever the ball lands.
+/// w is 1 where the ball is seen from the facet at more than 17 degrees (h/r > 0.3), and 0 in its plane: a ball
+/// that rolls over an edge gets in front of the next facet without noticing.
 struct BallForce {
   double energy = 0.0;
   double normal = 0.0;       ///< force along the facet's normal
