@@ -1191,6 +1191,7 @@ void FixDefe::post_integrate()
   if (mark_request == MPI_REQUEST_NULL) return;
   take_marks();
   if (marked_anywhere) schedule_conversion(subcycle.steps_of_impulse() - 1);
+  if (marked_anywhere > 1) report_jump();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -1299,6 +1300,7 @@ void FixDefe::post_run()
   const bool asked = mark_request != MPI_REQUEST_NULL;
   take_marks();
   if (asked && marked_anywhere) schedule_conversion(subcycle.steps_of_impulse());
+  if (asked && marked_anywhere > 1) report_jump();
   if (running) watch_speed();    // a run that halts early
   if (update->whichflag == 1) keep_forces();
   running = false;

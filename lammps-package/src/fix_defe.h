@@ -382,8 +382,15 @@ class FixDefe : public Fix {
 
   // whether any rank has marked elements is asked at the end of a step, and the answer is taken in
   // the next when all have moved
-  int marked_here = 0, marked_anywhere = 0;
+  int marked_here = 0, marked_anywhere = 0;    // 2: one of them far above, see note_jump()
   MPI_Request mark_request = MPI_REQUEST_NULL;
+  struct Jump {
+    double ratio = 0.0;
+    tagint id = 0;
+  } jump;    // of the elements marked in this step, the one farthest above its conversion stress
+  bool jump_told = false;
+  void note_jump(tagint id, double ratio);
+  void report_jump();
   void ask_marks();
   void take_marks();
   struct Conversion;

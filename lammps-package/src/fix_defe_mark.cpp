@@ -81,6 +81,7 @@ bool FixDefe::is_shielded(HexRecord &h, const Part &p, double value, const Vec3 
 void FixDefe::mark_elements()
 {
   marked_here = 0;
+  jump = Jump();
   for (auto &b : batches) {
     if (!b.convertible) continue;
     const Part &p = parts[kernels[b.kernel].part];
@@ -96,9 +97,10 @@ void FixDefe::mark_elements()
       const double value = criterion_value(b, e, direction);
       if (!(value > limit) || is_shielded(h, p, value, direction)) continue;
       h.marked = 1;
-      marked_here = 1;
+      marked_here = MAX(marked_here, 1);
+      if (!h.extra || h.extra->shields.empty()) note_jump(h.id, value / limit);
     }
   }
-  if (!jt.asking.empty()) marked_here = 1;
+  if (!jt.asking.empty()) marked_here = MAX(marked_here, 1);
   ask_marks();
 }

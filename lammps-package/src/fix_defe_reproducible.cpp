@@ -56,9 +56,12 @@ void FixDefe::note_unreproducible()
       others += fmt::format("{}fix {} {}", others.empty() ? "" : ", ", ifix->id, ifix->style);
   }
   // it takes all positions to reduced coordinates and back
-  if (comm->nprocs > 1 && comm->style == Comm::BRICK &&
-      !modify->get_fix_by_style("^balance").empty())
-    others += fmt::format("{}fix balance with shift", others.empty() ? "" : ", ");
+  if (comm->nprocs > 1 && comm->style == Comm::BRICK) {
+    const bool fix = !modify->get_fix_by_style("^balance").empty();
+    if (fix || comm->layout == Comm::LAYOUT_NONUNIFORM)
+      others += fmt::format("{}{}", others.empty() ? "" : ", ",
+                            fix ? "fix balance with shift" : "the command balance, if with shift");
+  }
   if (force->pair_style && utils::strmatch(force->pair_style, "^hybrid"))
     others += fmt::format("{}the other styles of pair_style {}", others.empty() ? "" : ", ",
                           force->pair_style);

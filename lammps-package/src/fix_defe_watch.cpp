@@ -41,6 +41,9 @@ static constexpr double BALANCE_LIMIT = 0.05, SWING_LIMIT = 0.2, SMALLEST_MOTION
 // change of the length of an edge or diagonal of a rigid element
 static constexpr double RIGID_LIMIT = 0.01;
 
+// conversion stresses that an element has when it is first seen above its own, from which on that is told
+static constexpr double JUMP_LIMIT = 2.0;
+
 namespace {
 
 /// Without the suffix of an accelerator package.
@@ -266,6 +269,40 @@ void FixDefe::check_time_step(bool changed)
 void FixDefe::reset_dt()
 {
   if (update->whichflag == 1) check_time_step(true);
+}
+
+/* ----------------------------------------------------------------------
+   the criterion is asked at every step: an element that is far above it at once tells of a load that comes
+   faster than steps follow, and neighbours convert with it that would have been relieved. (Those that the
+   shielding may have held back do not tell.) No message of its own: it travels with the marks.
+------------------------------------------------------------------------- */
+
+void FixDefe::note_jump(tagint tag, double ratio)
+{
+  if (jump_told || ratio < JUMP_LIMIT || ratio < jump.ratio) return;
+  if (ratio == jump.ratio && tag > jump.id) return;
+  jump.ratio = ratio;
+  jump.id = tag;
+  marked_here = 2;
+}
+
+void FixDefe::report_jump()
+{
+  jump_told = true;
+  struct {
+    double ratio;
+    int rank;
+  } mine = {jump.ratio, comm->me}, most;
+  MPI_Allreduce(&mine, &most, 1, MPI_DOUBLE_INT, MPI_MAXLOC, world);
+  tagint lowest = mine.ratio == most.ratio ? jump.id : MAXTAGINT, tag;
+  MPI_Allreduce(&lowest, &tag, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  if (comm->me == 0)
+    error->warning(
+        FLERR,
+        "Fix defe: element {} was {:.3g} times above its conversion stress when it was first seen "
+        "above (step {}): the load comes faster than the steps can follow, and more converts than "
+        "should: use a smaller timestep, less load at the start, or a higher conversion stress",
+        tag, most.ratio, last_step);
 }
 
 /* ----------------------------------------------------------------------

@@ -208,6 +208,8 @@ std::vector<Domains> ways()
   d.style = "comm_style tiled";
   d.before = "fix balance all balance 10 1.0 rcb\n";
   list.push_back(d);
+  d.before = "balance 1.0 rcb\n";
+  list.push_back(d);
   d.style = "atom_modify sort 1 0.003";
   d.before.clear();
   list.push_back(d);
@@ -371,6 +373,24 @@ TEST(Reproducible, WhatItCannotHoldIsSaid)
       size_of(MPI_COMM_WORLD) > 1 ? testing::HasSubstr("fix balance with shift")
                                   : testing::HasSubstr("reproducible"));
   EXPECT_THAT(said, testing::Contains(rounding));
+}
+
+// The command leaves borders that a later fix balance might have made, but no fix.
+TEST(Reproducible, BalanceByCommandIsNamed)
+{
+  Block block;
+  block.options = "reproducible yes";
+  Lammps lmp;
+  lmp.commands(block.script());
+  WarningLog warnings(lmp, "log.balanced");
+  lmp.commands("balance 1.0 shift x 10 1.0\nrun 0");
+  const auto named =
+      testing::Contains(testing::AllOf(testing::HasSubstr("Fix defe reproducible"),
+                                       testing::HasSubstr("the command balance, if with shift")));
+  if (size_of(MPI_COMM_WORLD) > 1)
+    EXPECT_THAT(warnings.warnings(), named);
+  else
+    EXPECT_THAT(warnings.warnings(), testing::Not(named));
 }
 
 TEST(Reproducible, ForcesAndMassesOutOfRange)

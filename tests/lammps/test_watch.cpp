@@ -461,3 +461,34 @@ TEST(Plugin, TwoInstances)
     EXPECT_EQ(left.step(), 60);
   }
 }
+
+// ---- loads that come faster than steps ----
+
+// A block that is drawn apart slowly reaches its conversion stress step by step; one that starts far above it, or whose
+// strain grows by much of it in each step, is told of, once.
+TEST(Jump, ElementsFarAboveTheirConversionStress)
+{
+  const auto warnings = [](const std::string &what) {
+    Lammps lmp;
+    lmp.commands(body("2e6") + GLASS + "group nodes type 1\nfix move1 nodes nve\n" + SPHERES +
+                 SETTINGS);
+    WarningLog log(lmp, "log.jump");
+    lmp.commands(what);
+    EXPECT_GT(lmp.fe(CONVERTED), 0.0);
+    std::vector<std::string> found;
+    for (const auto &w : log.warnings())
+      if (w.find("times above its conversion stress") != std::string::npos) found.push_back(w);
+    return found;
+  };
+  EXPECT_TRUE(warnings("velocity nodes ramp vx -0.5 0.5 x 0 0.008\nrun 40").empty());
+  // 2 mm of glass at 50 m/s per edge: 74e9 Pa * 50/2e-3/s * 5e-8 s = 93 MPa in each step
+  const auto fast = warnings("velocity nodes ramp vx -100 100 x 0 0.008\nrun 1\nrun 1");
+  ASSERT_EQ(fast.size(), 1u);
+  EXPECT_THAT(fast[0],
+              AllOf(HasSubstr("Fix defe: element "), HasSubstr("(step 1)"),
+                    HasSubstr("use a smaller timestep")));
+  const auto strained = warnings("displace_atoms nodes ramp x 0 8e-6 x 0 0.008\nrun 1\nrun 1");
+  ASSERT_EQ(strained.size(),
+            1u);    // 1e-3 * 74.09e9 (1 - nu)/(1 + nu)/(1 - 2 nu) = 82.3 MPa, 41 times 2
+  EXPECT_THAT(strained[0], AllOf(HasSubstr(" was 41.2 times above"), HasSubstr("(step 0)")));
+}
