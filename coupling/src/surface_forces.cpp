@@ -37,7 +37,7 @@ namespace {
   // node takes that of up to 4 facets
   constexpr double stick = 0.1;
 
-  // a mean depth cannot grow faster than this many times the speed: the depth itself, and the shares
+  // an overlap cannot grow faster than this many times speed and area: by the depth itself, and by the shares
   constexpr double growth = 4.0;
 
   /// One patch (or the sphere) on one facet.
@@ -46,7 +46,7 @@ namespace {
     int patch;    // index into patches, -1 for a sphere
     SurfacePair pair;
     SurfaceContact contact;
-    double weight;    // of its depth in the mean depth, then its force along the normal
+    double weight;    // its area (of a sphere: 1), then its force along the normal
   };
 
   /// Those of one point. Kept from point to point and filled in place: what is left in them of the last
@@ -96,6 +96,7 @@ namespace {
     ActiveList active;
     // of this point in this step: energy that came from nothing, and that was let through
     double returned = 0.0, lost = 0.0;
+    double area = 1.0;    // of its patches
 
     void add_load(const ContactFacet &facet, const FacetLoad &load)
     {
@@ -250,10 +251,9 @@ namespace {
         gathered = true;
         if (!whole_node(cp, t.candidates[k], at)) patches_of_node(cp, t.candidates[k], p);
       }
+      area = 0.0;
       if (active.empty()) return;
-      double area = 0.0;
       for (const OwnPatch &own : own_patches) area += own.quarter;
-      for (Active &one : active) one.weight /= area;
     }
 
     /// All patches of a node together, where neither their places nor their normals make a difference: far
@@ -393,22 +393,26 @@ namespace {
     }
 
     /// The overlap of this step against that of the last one and what motion can have made of it.
-    /// depth: mean depth, each patch with its share of `share` in all; what it has got deeper at once is as
-    /// much deeper everywhere.
-    void update_history(const ContactPoint &cp, ContactHistory &history, double depth, double share)
+    /// overlap: depth times area, of the part `share` of the area that presses; what has come at once is as much
+    /// deeper everywhere. (No mean: patches that have no share may go with their elements.)
+    void update_history(const ContactPoint &cp, ContactHistory &history, double overlap,
+                        double share)
     {
       double deepest = 0.0;
       for (const Active &one : active) deepest = std::max(deepest, one.contact.depth);
-      double allowed = history.depth + 1e-6 * t.facets[active.begin()->facet].half_xi;
+      const double depth = overlap / area;
+      double allowed = history.overlap + 1e-6 * area * t.facets[active.begin()->facet].half_xi;
       if (a.minimizing) allowed = HUGE_VAL;
-      if (depth > allowed && a.moving)
-        allowed += growth * a.dt * largest_speed(cp, (depth - allowed) / (growth * a.dt));
-      const double offset = history.depth > 0.0 ? history.offset + (depth - history.depth) / share
-                                                : deepest;
-      if (depth > allowed && memory.inherits(cp.atom, cp.part)) {
+      if (overlap > allowed && a.moving) {
+        const double per_speed = area * growth * a.dt;
+        allowed += per_speed * largest_speed(cp, (overlap - allowed) / per_speed);
+      }
+      const double offset =
+          history.overlap > 0.0 ? history.offset + (overlap - history.overlap) / share : deepest;
+      if (overlap > allowed && memory.inherits(cp.atom, cp.part)) {
         result.inherited.push_back(
             {cp.atom, active.begin()->facet, depth, energy_at(history.offset) - energy_at(offset)});
-      } else if (depth > allowed) {
+      } else if (overlap > allowed) {
         const double last = history.offset;
         history.offset = offset;
         history.eased = a.moving ? 0.0 : 1.0;
@@ -421,7 +425,7 @@ namespace {
       }
       if (returned != 0.0)
         result.let_through.push_back({cp.atom, active.begin()->facet, depth, -returned, false});
-      history.depth = depth;
+      history.overlap = overlap;
       const double before = history.offset;
       history.offset = std::min(history.offset, deepest);
       if (a.energy_only || !(history.eased > 0.0)) return;
@@ -439,6 +443,7 @@ namespace {
       const Vec3 p = vector_at(a.x, cp.atom);
       active.clear();
       returned = lost = 0.0;
+      area = 1.0;
       if (cp.r > 0.0)
         find_active_of_sphere(cp, p);
       else
@@ -452,16 +457,16 @@ namespace {
         }
         return;
       }
-      double depth = 0.0, share = 0.0;
+      double overlap = 0.0, share = 0.0;
       for (const Active &one : active) {
         share += one.weight * one.contact.share;
-        depth += one.weight * one.contact.share * one.contact.depth;
+        overlap += one.weight * one.contact.share * one.contact.depth;
       }
       if (!history) {
         history = &memory.make(cp.atom, cp.part);
         *history = ContactHistory{};
       }
-      update_history(cp, *history, depth, share);
+      update_history(cp, *history, overlap, share);
       if (a.energy_only) {
         result.energy += history->energy = energy_at(history->offset);
         return;

@@ -449,11 +449,14 @@ TEST(Conversions, UnderABall)
 }
 
 // A coarse strip is broken to pieces by a ram that presses all the time: faces vanish and appear under it, and
-// what that does to the energy of contact is booked once.
+// what that does to the energy of contact is booked once. Nodes whose neighbouring elements are gone press on as
+// before: they were taken for a new, deep contact, and what they stored came back (0.44 %) when theirs converted.
 TEST(Conversions, UnderARam)
 {
-  Lammps lmp;
-  lmp.commands(R"(
+  for (const double dt : {6e-8, 3e-8}) {
+    SCOPED_TRACE(dt);
+    Lammps lmp;
+    lmp.commands(R"(
     units si
     atom_style sphere
     newton off on
@@ -482,14 +485,21 @@ TEST(Conversions, UnderARam)
     fix hold feet setforce 0 0 0
     neighbor 5e-4 bin
     neigh_modify every 1 delay 0 check yes
-    timestep 3e-8
   )");
-  lmp.run(0);
-  const double energy0 = lmp.fe(TOTAL);
-  lmp.record({"f_fe[23]", "f_fe[13]"}, 1);
-  lmp.run(300);
-  const auto contact = lmp.recorded(1);
-  EXPECT_GE(lmp.fe(CONVERTED), 20);
-  EXPECT_GT(*std::max_element(contact.begin(), contact.end()), 0.02 * energy0);
-  EXPECT_LT(largest_deviation(lmp.recorded(0)), 3e-4 * energy0);
+    lmp.command("timestep " + number(dt));
+    lmp.run(0);
+    const double energy0 = lmp.fe(TOTAL);
+    lmp.record({"f_fe[22]", "f_fe[23]", "f_fe[13]"}, 1);
+    lmp.run(static_cast<bigint>(9e-6 / dt + 0.5));
+    double rise = 0.0, lowest = energy0;
+    for (double e : lmp.recorded(0)) {
+      lowest = std::min(lowest, e);
+      rise = std::max(rise, e - lowest);
+    }
+    const auto contact = lmp.recorded(2);
+    EXPECT_EQ(lmp.fe(CONVERTED), 24);    // the last four of them under the ram
+    EXPECT_GT(*std::max_element(contact.begin(), contact.end()), 0.02 * energy0);
+    EXPECT_LT(largest_deviation(lmp.recorded(1)), 3e-4 * energy0);
+    EXPECT_LT(rise, 1e-4 * energy0);
+  }
 }

@@ -216,7 +216,7 @@ TEST(Overlap, BallIsNamed)
 TEST(LetThrough, FastBall)
 {
   Scene s;
-  s.dt = 1e-9;
+  s.dt = 2e-10;    // with 1e-9 the energy is off by 4e-6 as it passes the face
   s.add("glass", 1, {4, 3, 3}, 2e-3, [](const Vec3 &X) {
     return X;
   });
@@ -225,7 +225,7 @@ TEST(LetThrough, FastBall)
   Lammps lmp;
   WarningLog log(lmp, "fast.txt");
   s.start(lmp);
-  const Flight f = fly(lmp, 6600);
+  const Flight f = fly(lmp, 33000);
   EXPECT_EQ(f.through, 1.0);
   EXPECT_GT(f.contact, 0.01);
   EXPECT_EQ(f.left, 0.0);
@@ -237,8 +237,8 @@ TEST(LetThrough, FastBall)
     if (line.find("is let through") != std::string::npos) {
       named++;
       EXPECT_THAT(line,
-                  testing::StartsWith("Contact of fix defe: atom 81 got 0.001001 deep at step 554 "
-                                      "near 0.000300001 0.00299536 0.000199985"));
+                  testing::StartsWith("Contact of fix defe: atom 81 got 0.001 deep at step 2764 "
+                                      "near 0.000299989 0.00299717 0.000199935"));
     }
   EXPECT_EQ(named, 1);
 }

@@ -170,7 +170,7 @@ struct World {
   {
     for (const auto &point : tables.points) {
       ContactHistory history{};
-      history.depth = 1.0;
+      history.overlap = 1.0;
       memory.all[{point.atom, point.part}] = history;
     }
   }
@@ -630,4 +630,44 @@ TEST(SurfaceForces, SlidingBallRubs)
   r = w.evaluate();
   EXPECT_LT(std::abs(w.at(w.f, ball)[0]), 0.05 * mu * N);
   EXPECT_LT(r.friction, 1e-3 * mu * N * speed * w.dt);
+}
+
+// Elements beside the rim of a floor convert while their neighbours press on it: what did not press takes nothing
+// along, and the nodes that stay begin no new contact.
+TEST(SurfaceForces, PatchesBesideTheRimMayGo)
+{
+  const double h = 2e-3, depth = 0.01 * depth_max;
+  World w;
+  w.add_surface(Vec3(-h, 0.0, 0.0), 2, h, true);
+  w.add_surface(Vec3(0.0, 0.0, 0.0), 2, h, false);    // half of it over the floor
+  w.add_points(1, 0);
+  w.moving = true;
+  w.set_velocity(1, Vec3(0.0, 0.0, -1.0));
+  w.dt = 0.1 * depth;
+  for (int step = 0; step < 10; ++step) {
+    w.move(1, Vec3(0.0, 0.0, -0.1 * depth));
+    (void) w.evaluate();
+  }
+  const double pressed = w.evaluate().energy;
+  EXPECT_GT(pressed, 0.0);
+
+  // the two facets beyond the floor go
+  const auto beyond = [&](int facet) {
+    double x = 0.0;
+    for (int node : w.tables.facets[facet].node) x += 0.25 * w.x[3 * node];
+    return facet >= w.surfaces[1].first_facet && x > h;
+  };
+  std::vector<ContactPatch> kept;
+  for (auto &point : w.tables.points) {
+    const int first = static_cast<int>(kept.size());
+    for (int k = point.own; k < point.own + point.nown; ++k)
+      if (!beyond(w.tables.patches[k].facet)) kept.push_back(w.tables.patches[k]);
+    point.own = first;
+    point.nown = static_cast<int>(kept.size()) - first;
+  }
+  ASSERT_EQ(kept.size(), 8u);
+  w.tables.patches = kept;
+  const SurfaceResult after = w.evaluate();
+  EXPECT_EQ(after.offset_count, 0);
+  EXPECT_NEAR(after.energy / pressed, 1.0, 1e-12);
 }

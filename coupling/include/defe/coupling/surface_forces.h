@@ -65,7 +65,7 @@ struct SurfaceTables {
 
 /// What a contact of a point with a part keeps from step to step. Plain data.
 struct ContactHistory {
-  double depth;       ///< mean depth at the last step, offset included
+  double overlap;     ///< depth times area at the last step, offset included; of a sphere: depth
   double offset;      ///< depth that pushes nothing
   double shear[3];    ///< tangential displacement
   double stored;      ///< energy of the tangential spring
