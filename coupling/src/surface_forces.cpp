@@ -163,6 +163,8 @@ namespace {
       const double energy = 0.5 * both.energy;
       if (sign > 0.0) {
         lost += energy;
+        if (energy == 0.0 && one.contact.depth <= 0.0)
+          return;    // beside the rim, not through the face
         result.let_through.push_back({cp.atom, one.facet, one.contact.raw_depth, energy});
       } else
         returned += energy;
