@@ -536,8 +536,8 @@ double PairDefeJoint::release_of_pending()
   for_drops([&](int d, unsigned leaving) {
     Vec3 before[6], after[6];
     const unsigned present = jt.present[d];
-    const double drop = fix->de_energy(d, present, before) -
-        fix->de_energy(d, present & ~leaving, after);
+    const double drop =
+        fix->de_energy(d, present, before) - fix->de_energy(d, present & ~leaving, after);
     double work = 0.0;
     for (int s = 0; s < 6; s++) {
       if (!(present & 1u << s)) continue;

@@ -81,8 +81,8 @@ inline Scene ball_on_bar(double fs, double v, double dt, const std::string &law 
   s.dt = dt;
   s.contact = "contact " + number(fs);
   s.convert = "convert glass 56e6 type 4 group particles";
-  s.coeff =
-      "connective material cohesive 60e6 10 0.1 " + law + " contact 1.0 0.0\npair_coeff 3 4 contact 1.0 0.0";
+  s.coeff = "connective material cohesive 60e6 10 0.1 " + law +
+      " contact 1.0 0.0\npair_coeff 3 4 contact 1.0 0.0";
   s.add("glass", 1, {16, 5, 2}, 2e-3, [](const Vec3 &X) {
     return Vec3(X + Vec3(16e-3, 5e-3, 2e-3));
   });
