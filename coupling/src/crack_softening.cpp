@@ -300,6 +300,20 @@ namespace {
     return R;
   }
 
+  /// Lets the stretch along the plane go that is beyond what friction holds.
+  /// \return how much
+  /// \param at  R^T y
+  double slide(CrackJoint &joint, Vec3 &e, const Vec3 &at, const Vec3 &m, double held)
+  {
+    const Vec3 along = e - e.dot(m) * m;
+    const double size = along.norm(), slip = size - held;
+    if (!(slip > 1e-9 * held) || size == 0.0) return 0.0;    // again at one place: nothing changes
+    const Vec3 by = slip / size * along;
+    for (int k = 0; k < 3; ++k) joint.offset[k] -= by[k];
+    e = Vec3(joint.offset) + at;    // as the next evaluation will find it
+    return slip;
+  }
+
   /// The moment of the pair, as forces on the neighbours that its frame is taken from.
   void share_moment(CrackForces &out, const Frame &frame, const CrackEnd &near, const CrackEnd &far,
                     const CrackJoint &joint, const Vec3 &y)
@@ -322,31 +336,26 @@ namespace {
 
 CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const CrackEnd &near,
                          const CrackEnd &far, const Vec3 &y, const Vec3 &spin,
-                         const CornerModuli &moduli, const CohesiveParameters &par)
+                         const CornerModuli &moduli, const CohesiveParameters &par, double friction)
 {
   CrackForces out;
   out.force = out.torque = out.at[0] = out.at[1] = Vec3::Zero();
   for (auto &arms : out.arm)
     for (Vec3 &f : arms) f = Vec3::Zero();
-  out.dissipated = out.fracture = out.excess = out.work_new = 0.0;
+  out.dissipated = out.fracture = out.excess = out.work_new = out.rubbed = 0.0;
   out.newly_broken = false;
 
   Frame frame;
   const Mat3 R = present_frame(joint, near, far, y, spin, frame);
   const Vec3 m(joint.m), before(joint.e);
-  const Vec3 e = Vec3(joint.offset) + R.transpose() * y;
-  for (int k = 0; k < 3; ++k) joint.e[k] = e[k];
+  const Vec3 at = R.transpose() * y;
+  Vec3 e = Vec3(joint.offset) + at;
   const Projected p = projected(geometry, m);
   const double k_c = joint_stiffness(moduli.lambda, moduli.mu, p.length).k_c;
 
-  double t_m = 0.0;
+  double t_m = 0.0, held_back = 0.0;
   Vec3 t_p = Vec3::Zero();
-  if (joint.broken) {
-    const double closing = std::min(e.dot(m), 0.0);
-    t_m = k_c * closing;
-    joint.stored = 0.5 * p.area * k_c * closing * closing;
-    out.damage = 1.0;
-  } else {
+  if (!joint.broken) {
     const double e_m = before.dot(m), de_m = e.dot(m) - e_m;
     CohesiveState state{e_m, before - e_m * m, joint.s0, joint.kappa};
     const Vec3 de_p = (e - before) - de_m * m;
@@ -362,11 +371,27 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
     out.damage = r.damage;
     out.newly_broken = r.broken;
     joint.broken = r.broken;
-    joint.stored = p.area * r.stored;
+    joint.stored = held_back = p.area * r.stored;
     t_m = r.t_n;
     t_p = r.t_s;
+    if (r.broken) {
+      joint.k_p = joint_stiffness(moduli.lambda, moduli.mu, p.length).k_s;
+      slide(joint, e, at, m, 0.0);
+    }
   }
-  out.apart = joint.broken && e.norm() > 0.2 * geometry.d.norm();
+  if (joint.broken) {
+    const double limit = -friction * k_c * std::min(e.dot(m), 0.0);
+    out.rubbed = p.area * limit * slide(joint, e, at, m, limit / joint.k_p);
+    const double closing = std::min(e.dot(m), 0.0);
+    t_m = k_c * closing;
+    t_p = limit > 0.0 ? Vec3(joint.k_p * (e - e.dot(m) * m)) : Vec3(Vec3::Zero());
+    joint.stored = 0.5 * p.area * (k_c * closing * closing + t_p.squaredNorm() / joint.k_p);
+    out.damage = 1.0;
+    if (out.newly_broken) out.excess -= joint.stored - held_back;
+  }
+  for (int k = 0; k < 3; ++k) joint.e[k] = e[k];
+  out.apart =
+      joint.broken && (at - geometry.d).norm() > 0.2 * geometry.d.norm();
   if (out.apart) {
     out.excess += joint.stored;    // of a closed plane that slid away: nobody takes it over
     joint.stored = 0.0;

@@ -300,7 +300,7 @@ defe::CrackForces open_plane()
   out.force = out.torque = out.at[0] = out.at[1] = Vec3::Zero();
   for (auto &arms : out.arm)
     for (Vec3 &f : arms) f.setZero();
-  out.dissipated = out.fracture = out.excess = out.work_new = 0.0;
+  out.dissipated = out.fracture = out.excess = out.work_new = out.rubbed = 0.0;
   out.damage = 1.0;
   out.newly_broken = out.apart = false;
   return out;
@@ -318,7 +318,8 @@ defe::CrackForces DefeCracks::look(int joint, const defe::CohesiveParameters &pa
                             Vec3::Zero(), moduli[jt.material[joint / 6]], par);
 }
 
-defe::CrackForces DefeCracks::advance(int joint, const defe::CohesiveParameters &par, double dt)
+defe::CrackForces DefeCracks::advance(int joint, const defe::CohesiveParameters &par,
+                                      double friction, double dt)
 {
   const int there = other_end(joint);
   const int i = jt.self[joint / 6], j = jt.self[there / 6];
@@ -336,7 +337,7 @@ defe::CrackForces DefeCracks::advance(int joint, const defe::CohesiveParameters 
   // far apart, whatever the rotation
 
   const defe::CrackGeometry g = geometry(joint);
-  if (law.broken && y.norm() - Vec3(law.offset).norm() > 0.2 * g.d.norm()) {
+  if (law.broken && y.norm() > 1.2 * g.d.norm()) {
     defe::CrackForces out = open_plane();
     out.excess = law.stored;
     out.apart = true;
@@ -346,7 +347,7 @@ defe::CrackForces DefeCracks::advance(int joint, const defe::CohesiveParameters 
   End near, far;
   const Vec3 spin = 0.5 * dt * (Vec3(atom->omega[i]) + Vec3(atom->omega[j]));
   const auto out = defe::crack_update(law, g, end(joint / 6, near), end(there / 6, far), y, spin,
-                                      moduli[jt.material[joint / 6]], par);
+                                      moduli[jt.material[joint / 6]], par, friction);
   if (law.broken && !out.apart) let_rest(joint, law, dt);
   return out;
 }

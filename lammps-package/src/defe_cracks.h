@@ -58,7 +58,8 @@ class DefeCracks : protected Pointers {
   double budget(int joint) const;
   void end_take_over() { shares.clear(); }
 
-  defe::CrackForces advance(int joint, const defe::CohesiveParameters &, double dt);
+  /** \param friction  of a broken plane; \param dt  0 before a run */
+  defe::CrackForces advance(int joint, const defe::CohesiveParameters &, double friction, double dt);
   /** The same for output: nothing changes. */
   defe::CrackForces look(int joint, const defe::CohesiveParameters &, defe::CrackJoint &) const;
   const std::array<int, 6> &partners(int d) const { return partner[d]; }

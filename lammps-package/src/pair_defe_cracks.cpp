@@ -45,7 +45,6 @@ void PairDefeJoint::prepare_cracks()
   cracks = std::make_unique<DefeCracks>(lmp, fix);
   cracks->set_strengths(n, strength, table);
   fix->cracks_ask = with_cracks = cracks->on();
-  comm_forward = with_cracks ? DefeCracks::STRESS_SIZE : 18;
   if (!with_cracks) cracks.reset();
 }
 
@@ -171,13 +170,15 @@ void PairDefeJoint::crack_forces(int d, int s)
 {
   auto &jt = fix->jt;
   JointSlot &slot = jt.rec[d]->slot[s];
-  const auto &law = coeff_of(atom->type[jt.self[d]], atom->type[jt.nb[d][s]]).cohesive;
+  const Coeff &coeff = coeff_of(atom->type[jt.self[d]], atom->type[jt.nb[d][s]]);
   const double dt = update->setupflag ? 0.0 : update->dt;
-  const auto r = cracks->advance(6 * d + s, law, dt);
+  const auto r =
+      cracks->advance(6 * d + s, coeff.cohesive, with_contact ? coeff.friction : 0.0, dt);
   const double stored = cracks->find(6 * d + s)->law.stored;
 
   auto &ledger = fix->ledger;
   ledger.fracture += r.fracture;
+  ledger.friction += r.rubbed;
   ledger.release += r.dissipated - r.fracture;
   ledger.release += slot.pending ? r.work_new - r.dissipated - stored : r.excess;
   slot.pending = 0;

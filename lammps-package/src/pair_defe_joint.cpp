@@ -52,7 +52,7 @@ PairDefeJoint::PairDefeJoint(LAMMPS *lmp) : Pair(lmp)
   no_virial_fdotr_compute = 1;
   centroidstressflag = CENTROID_NOTAVAIL;
   finitecutflag = 1;
-  comm_forward = 18;
+  comm_forward = DefeCracks::STRESS_SIZE;    // the most; pair_style hybrid asks at once
 }
 
 PairDefeJoint::~PairDefeJoint()

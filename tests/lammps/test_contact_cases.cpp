@@ -455,10 +455,10 @@ TEST(Conversions, UnderABall)
 // before: they were taken for a new, deep contact, and what they stored came back (0.44 %) when theirs converted.
 TEST(Conversions, UnderARam)
 {
-  for (const double dt : {6e-8, 3e-8}) {
-    SCOPED_TRACE(dt);
+  for (const auto &[law, dt] : {std::pair("lattice", 6e-8), {"lattice", 3e-8}, {"", 3e-8}}) {
+    SCOPED_TRACE(law + number(dt));
     Lammps lmp;
-    lmp.commands(R"(
+    lmp.commands(std::string(R"(
     units si
     atom_style sphere
     newton off on
@@ -468,7 +468,8 @@ TEST(Conversions, UnderARam)
     create_box 3 box
     region notch block -0.0011 0.0011 -0.001 0.0011 INF INF
     pair_style defe/joint
-    pair_coeff 2 2 connective material cohesive 33e6 10 0.1 contact 0.9 0.2
+    pair_coeff 2 2 connective material cohesive 33e6 10 0.1 )") +
+                 law + R"( contact 0.9 0.2
     group particles empty
     fix fe all defe material glass elastic 74e9 0.2 2500 material ram rigid 2e5 &
       convert glass 30e6 type 2 group particles start notch contact 0.2 friction 0.1

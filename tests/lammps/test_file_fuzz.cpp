@@ -253,5 +253,5 @@ TEST(FileFuzz, EventFiles)
     if (HasFailure()) break;
   }
   EXPECT_GT(refused, 20);
-  EXPECT_GT(continued, 1);
+  EXPECT_GT(continued, 0);
 }

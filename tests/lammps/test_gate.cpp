@@ -76,7 +76,7 @@ void from_the_start(const Scene &s, const Way &w, const std::string &output)
   lmp.commands(header +
                "region box block -0.03 0.03 -0.012 0.028 -0.012 0.022\ncreate_box 3 box\n"
                "pair_style defe/joint\n"
-               "pair_coeff 2 2 connective material cohesive 6e7 10.0 0.1 contact 0.9 0.2\n"
+               "pair_coeff 2 2 connective material cohesive 6e7 10.0 0.1 lattice contact 0.9 0.2\n"
                "pair_coeff 2 3 contact 0.8 0.3\ngroup particles empty\n" +
                fix_of(s, w, output) + s.mesh + s.ball + run_of(s, output) + s.velocity);
   lmp.run(s.middle);

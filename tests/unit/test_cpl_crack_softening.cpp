@@ -427,6 +427,53 @@ TEST(CrackSoftening, ClosedPlaneCarriesCompression)
   }
 }
 
+// A closed plane rubs: what it takes to slide it there and back is what is rubbed off and stored, and what presses
+// limits it. Open it holds nothing, and calling it again changes nothing.
+TEST(CrackSoftening, ClosedPlaneRubs)
+{
+  const double friction = 0.3;
+  const CornerModuli moduli = CrackBody(box_mesh(1, 1, 1, h), law, true).moduli;
+  Vec3 arms[6];
+  for (int s = 0; s < 6; ++s) arms[s] = (s % 2 ? d : -d) * Vec3::Unit(s / 2);
+  const CrackEnd near{arms, arms, 0x3d}, far{arms, arms, 0x3e};    // without the joint itself
+  const CrackGeometry geometry{d * Vec3::UnitX(), d * d * Vec3::UnitX()};
+  const Vec3 m = Vec3(1.0, 0.2, 0.0).normalized();
+  CrackJoint joint = crack_broken(m, 0.5, geometry, moduli, law);
+  const auto update = [&](const Vec3 &moved) {
+    return crack_update(joint, geometry, near, far, geometry.d + moved, Vec3::Zero(), moduli, law,
+                        friction);
+  };
+  const Vec3 along = Vec3(-m[1], m[0], 0.0), pressed = -1e-4 * d * m;
+  CrackForces last = update(pressed);
+  const double pressing = -last.force.dot(m);
+  EXPECT_GT(pressing, 0.0);
+  double work = 0.0, rubbed = 0.0, most = 0.0;
+  const double stored = joint.stored;
+  double at = 0.0;
+  for (int k = 1; k <= 4000; ++k) {
+    const double to = 0.02 * d * std::sin(2.0 * M_PI * k / 4000.0);
+    const CrackForces r = update(pressed + to * along);
+    work += 0.5 * (last.force + r.force).dot(along) * (to - at);
+    rubbed += r.rubbed;
+    most = std::max(most, std::abs(r.force.dot(along)));
+    EXPECT_NEAR(-r.force.dot(m), pressing, 1e-9 * pressing);
+    at = to;
+    last = r;
+    if (k % 1000 == 0) {
+      const CrackJoint before = joint;
+      EXPECT_EQ(update(pressed + to * along).rubbed, 0.0);
+      EXPECT_EQ(std::memcmp(&before, &joint, sizeof(joint)), 0);
+    }
+  }
+  EXPECT_NEAR(most, friction * pressing, 1e-9 * pressing);
+  EXPECT_NEAR(work, rubbed + joint.stored - stored, 1e-3 * rubbed);
+  EXPECT_GT(rubbed, 0.9 * friction * pressing * 0.08 * d);
+  EXPECT_EQ(update(1e-3 * d * m).force.norm(), 0.0);
+  EXPECT_EQ(joint.stored, 0.0);
+  EXPECT_FALSE(last.apart);
+  EXPECT_TRUE(update(0.21 * d * along).apart);
+}
+
 // The rotation nearest to the joints is that of the singular value decomposition, and its response the derivative.
 TEST(CrackSoftening, RotationOfADE)
 {

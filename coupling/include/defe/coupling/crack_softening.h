@@ -29,7 +29,8 @@
 /// the other one's is taken; without either R turns with the spins, which take the moment.
 /// When a DE loses or gains joints R jumps; e does not (the offset is set anew).
 ///
-/// Once broken, the plane presses (k_c along m, no friction) where it is closed. Beyond a fifth of |d| the pair is for the contact of spheres.
+/// Once broken, the plane presses where it is closed (k_c along m) and rubs (Coulomb, with a spring k_p = mu/l_p). When the
+/// two DEs have moved by a fifth of |d| the pair is for the contact of spheres.
 ///
 /// Units as in cohesive.h; forces in N, energies in J.
 
@@ -117,16 +118,19 @@ struct CrackForces {
   double fracture;
   double excess;      ///< as in CohesiveResult, times the area
   double work_new;    ///< same
+  double rubbed;      ///< by the friction of a closed plane
   double damage;
   bool newly_broken;
   bool apart;    ///< broken and so far away that it is for the contact of spheres
 };
 
 /// Advance to the present positions. Calling it twice without motion changes nothing.
-/// \param spin  mean increment of the spins' rotation; used where neither DE has a rotation
+/// \param spin      mean increment of the spins' rotation; used where neither DE has a rotation
+/// \param friction  coefficient, of the broken plane
 CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const CrackEnd &near,
                          const CrackEnd &far, const Vec3 &y, const Vec3 &spin,
-                         const CornerModuli &moduli, const CohesiveParameters &parameters);
+                         const CornerModuli &moduli, const CohesiveParameters &parameters,
+                         double friction = 0.0);
 
 }    // namespace defe
 
