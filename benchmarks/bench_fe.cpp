@@ -79,7 +79,7 @@ Block block_of(int64_t size)
   return {static_cast<int>(size / 2500), 50, 50};
 }
 
-enum Kind { brick, congruent_hex, lagrangian, mooney, prony };
+enum Kind { brick, lagrangian, mooney, prony };
 enum Wanted { forces = 0, bound = 1, energy = 2, virial = 4, gauss_bound = 8, dissipation = 16 };
 
 void add_forces(benchmark::State &state, Kind kind, int wanted)
@@ -88,8 +88,6 @@ void add_forces(benchmark::State &state, Kind kind, int wanted)
   std::unique_ptr<HexKernel> kernel;
   if (kind == brick)
     kernel = std::make_unique<BrickKernel>(block.shape(0), glass);
-  else if (kind == congruent_hex)
-    kernel = std::make_unique<CongruentKernel>(block.shape(0), glass);
   else if (kind == lagrangian)
     kernel = std::make_unique<LagrangianKernel>(glass);
   else if (kind == mooney)
@@ -139,7 +137,6 @@ BENCHMARK_CAPTURE(add_forces, brick_bound, brick, bound)->Apply(sizes);
 BENCHMARK_CAPTURE(add_forces, brick_bound_energy, brick, bound | energy)->Apply(beam_only);
 BENCHMARK_CAPTURE(add_forces, brick_gauss_bound, brick, gauss_bound)->Apply(beam_only);
 BENCHMARK_CAPTURE(add_forces, brick_virial, brick, bound | virial)->Apply(beam_only);
-BENCHMARK_CAPTURE(add_forces, congruent_bound, congruent_hex, bound)->Apply(sizes);
 BENCHMARK_CAPTURE(add_forces, lagrangian, lagrangian, forces)->Apply(beam_only);
 BENCHMARK_CAPTURE(add_forces, lagrangian_bound, lagrangian, bound)->Apply(sizes);
 BENCHMARK_CAPTURE(add_forces, lagrangian_bound_energy, lagrangian, bound | energy)

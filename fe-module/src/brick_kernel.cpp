@@ -45,7 +45,6 @@ namespace {
 // reflecting the box in a plane through its centre changes the sign of some modes and of one
 // component, and K does not notice. So K falls apart into eight 3 x 3 blocks.
 struct BrickKernel::Data {
-  static constexpr bool rectangular = true;
   CorotationalShape shape;
   double block[8][3][3];
 

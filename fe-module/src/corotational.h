@@ -1,8 +1,7 @@
 #ifndef DEFE_FE_COROTATIONAL_H
 #define DEFE_FE_COROTATIONAL_H
 
-// Corotational element forces, one element per lane. Shared by BrickKernel and CongruentKernel,
-// which differ in how they apply K.
+// Corotational element forces of boxes, one element per lane (BrickKernel).
 //
 // F = sum_a y_a g_a^T = R U is the deformation gradient at the centre (y_a = x_a - x_0, g_a: the
 // gradient of shape function a there), u_a = R^T y_a - Y_a with Y_a = X_a - X_0, W = 1/2 u.K u and
@@ -154,8 +153,8 @@ struct CorotationalShape {
   CorotationalShape(const HexCoords &X, const Mat3 &Q);
 };
 
-/// Stiffness: has a CorotationalShape `shape`, a flag `rectangular` (G is diagonal and Y has linear
-/// modes only) and apply(u, p): modes of the displacements times 8 -> modes of the forces K u.
+/// Stiffness: has a CorotationalShape `shape`, of which G is diagonal and Y has linear modes only, and apply(u, p):
+/// modes of the displacements times 8 -> modes of the forces K u.
 template <class Stiffness, bool with_energy, bool with_bound, bool with_virial, bool exact>
 void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic &material, int n,
                              const int (*nodes)[8], const double *x, double *f,
@@ -168,11 +167,7 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
   // D = gradient by natural coordinates times 8, H = D G
   const auto to_local = [](const Pack D[3][3], const double G[3][3], Pack H[3][3]) {
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        if constexpr (Stiffness::rectangular)
-          H[i][j] = D[i][j] * G[j][j];
-        else
-          H[i][j] = D[i][0] * G[0][j] + D[i][1] * G[1][j] + D[i][2] * G[2][j];
+      for (int j = 0; j < 3; ++j) H[i][j] = D[i][j] * G[j][j];
   };
 
   LostElements lost;
@@ -195,7 +190,7 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
     for (int m = 1; m < 8; ++m)
       for (int i = 0; i < 3; ++i) {
         u[i][m] = R[0][i] * y[0][m] + R[1][i] * y[1][m] + R[2][i] * y[2][m];
-        if (!Stiffness::rectangular || m == 1 << i) u[i][m] -= shape.Y[i][m];
+        if (m == 1 << i) u[i][m] -= shape.Y[i][m];
       }
 
     Pack p[3][8];
@@ -247,15 +242,9 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
     for (int k = 0; k < 3; ++k) {
       const double *g = shape.G[8][k];
       const int m = 1 << k;
-      if constexpr (Stiffness::rectangular) {
-        const int i = (k + 1) % 3, j = (k + 2) % 3;    // q x e_k = q_j e_i - q_i e_j
-        p[i][m] -= q[j] * g[k];
-        p[j][m] += q[i] * g[k];
-      } else {
-        p[0][m] -= q[1] * g[2] - q[2] * g[1];
-        p[1][m] -= q[2] * g[0] - q[0] * g[2];
-        p[2][m] -= q[0] * g[1] - q[1] * g[0];
-      }
+      const int i = (k + 1) % 3, j = (k + 2) % 3;    // q x e_k = q_j e_i - q_i e_j
+      p[i][m] -= q[j] * g[k];
+      p[j][m] += q[i] * g[k];
     }
 
     Pack force[3][8];

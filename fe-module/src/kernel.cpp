@@ -123,11 +123,4 @@ HexCoords rounded_shape(const HexCoords &X)
   return shape;
 }
 
-std::unique_ptr<HexKernel> make_congruent_kernel(const HexCoords &X,
-                                                 const IsotropicElastic &material)
-{
-  if (is_box(X)) return std::make_unique<BrickKernel>(X, material);
-  return std::make_unique<CongruentKernel>(X, material);
-}
-
 }    // namespace defe::fe

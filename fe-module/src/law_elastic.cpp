@@ -17,7 +17,7 @@ namespace {
     bool has_shape_kernel(const HexCoords &X) const override { return is_box(X); }
     std::unique_ptr<HexKernel> make_shape_kernel(const HexCoords &X) const override
     {
-      return make_congruent_kernel(X, m);
+      return std::make_unique<BrickKernel>(X, m);
     }
     double critical_step(const HexCoords &X) const override { return fe::critical_step(X, m); }
 

@@ -61,11 +61,8 @@ struct MassReply {
   int local, count;
 };
 
-struct FaceDatum {
-  tagint key[4];     // sorted
-  tagint node[4];    // in the order of the face, outward
-  tagint element;
-  int proc, local, face, part;
+struct FaceDatum : defe::fe::ElementFace<tagint> {
+  int proc, local, part;
 };
 
 struct FaceReply {
@@ -470,60 +467,25 @@ void FixDefe::mesh_neighbours(const Mesh &mesh)
   for (auto *h : mesh.hex)
     for (tagint &nb : h->nb) nb = 0;
 
-  auto less = [](const FaceDatum &a, const FaceDatum &b) {
-    for (int k = 0; k < 4; k++)
-      if (a.key[k] != b.key[k]) return a.key[k] < b.key[k];
-    return a.element < b.element;
-  };
-  auto same = [](const FaceDatum &a, const FaceDatum &b) {
-    return std::equal(a.key, a.key + 4, b.key);
-  };
-
   for (int round = 0; round < mesh.rounds; round++) {
     Letters<FaceDatum> faces(lmp);
     for (int e = 0; e < n; e++)
       for (int f = 0; f < 6; f++) {
         const HexRecord &h = *mesh.hex[e];
-        FaceDatum d;
-        for (int k = 0; k < 4; k++) d.node[k] = h.node[defe::fe::hex_face[f][k]];
-        const tagint lowest = *std::min_element(d.node, d.node + 4);
+        const int *corner = defe::fe::hex_face[f];
+        const tagint lowest = MIN(MIN(h.node[corner[0]], h.node[corner[1]]),
+                                  MIN(h.node[corner[2]], h.node[corner[3]]));
         if (mesh.round_of(lowest, nprocs) != round) continue;
-        std::copy(d.node, d.node + 4, d.key);
-        std::sort(d.key, d.key + 4);
-        d.element = h.id;
-        d.proc = comm->me;
-        d.local = e;
-        d.face = f;
-        d.part = h.part;
-        faces.to_id(lowest, d);
+        faces.to_id(lowest, {{h.node, f, h.id}, comm->me, e, h.part});
       }
     auto came = faces.send();
-    std::sort(came.begin(), came.end(), less);
     Letters<FaceReply> replies(lmp);
-    for (size_t k = 0; k + 1 < came.size(); k++) {
-      const auto &a = came[k];
-      const auto &b = came[k + 1];
-      if (!same(a, b)) continue;
-      if (k + 2 < came.size() && same(b, came[k + 2]))
-        error->one(FLERR, "Elements {}, {} and {} share one face: the mesh overlaps itself",
-                   a.element, b.element, came[k + 2].element);
-      auto reply = [&](const FaceDatum &me, const FaceDatum &other) {
-        FaceReply r{other.element, me.local, me.face, other.face, -1, other.part};
-        for (int q = 0; q < 4; q++)
-          if (other.node[q] == me.node[0]) r.nbrot = q;
-        // seen from the other side the nodes run the other way round
-        for (int q = 0; q < 4; q++)
-          if (other.node[(r.nbrot - q + 4) % 4] != me.node[q])
-            error->one(FLERR,
-                       "Elements {} and {} share a face but lie on the same side of it: one of "
-                       "them is numbered inside out",
-                       me.element, other.element);
-        replies.to_rank(me.proc, r);
-      };
-      reply(a, b);
-      reply(b, a);
-      k++;
-    }
+    const auto complaint =
+        defe::fe::match_faces(came, [&](const FaceDatum &me, const FaceDatum &other, int rotation) {
+          replies.to_rank(me.proc,
+                          {other.element, me.local, me.face, other.face, rotation, other.part});
+        });
+    if (!complaint.empty()) error->one(FLERR, complaint);
     for (const auto &r : replies.send()) {
       HexRecord &h = *mesh.hex[r.local];
       h.nb[r.face] = r.element;

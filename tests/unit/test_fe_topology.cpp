@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <set>
 #include <stdexcept>
-#include <unordered_set>
 
 using namespace defe;
 using namespace defe::fe;
@@ -53,29 +52,6 @@ TEST(Topology, FacePositionInvertsTheFaceTable)
       EXPECT_EQ(position >= 0, on_face);
       if (on_face) { EXPECT_EQ(hex_face[face][position], a); }
     }
-}
-
-TEST(FaceKey, DoesNotDependOnTheOrder)
-{
-  std::array<std::int64_t, 4> id = {9000000000, 2, 30, 7};
-  const FaceKey key(id[0], id[1], id[2], id[3]);
-  std::sort(id.begin(), id.end());
-  do {
-    const FaceKey other(id[0], id[1], id[2], id[3]);
-    EXPECT_EQ(other, key);
-    EXPECT_EQ(std::hash<FaceKey>()(other), std::hash<FaceKey>()(key));
-  } while (std::next_permutation(id.begin(), id.end()));
-  EXPECT_NE(FaceKey(1, 2, 3, 4), FaceKey(1, 2, 3, 5));
-}
-
-TEST(FaceKey, HashesOfAGridSpread)
-{
-  std::unordered_set<std::size_t> low_bits;
-  const int n = 4096;
-  for (int i = 0; i < n; ++i)
-    low_bits.insert(std::hash<FaceKey>()(FaceKey(i, i + 1, i + 65, i + 66)) % n);
-  // random hashing fills 1 - 1/e = 63 % of the slots
-  EXPECT_GT(low_bits.size(), 0.6 * n);
 }
 
 // The 24 ways to number the same hexahedron: rotations of the cube.
@@ -166,14 +142,7 @@ TEST(MatchFaces, RefusesThreeElementsAtAFace)
 {
   EXPECT_EQ(complaint({below, above}), "");
   const std::string text = complaint({below, above, {4, 5, 6, 7, 12, 13, 14, 15}});
-  EXPECT_THAT(text, testing::HasSubstr("0, 1 and 2 share a face"));
-  EXPECT_THAT(text, testing::HasSubstr("4 5 6 7"));
-}
-
-TEST(MatchFaces, RefusesARepeatedNode)
-{
-  EXPECT_THAT(complaint({below, {4, 5, 6, 7, 8, 9, 10, 8}}),
-              testing::HasSubstr("element 1 has node 8 more than once"));
+  EXPECT_THAT(text, testing::HasSubstr("Elements 0, 1 and 2 share one face"));
 }
 
 TEST(MatchFaces, RefusesElementsThatDoNotFitTogether)
@@ -181,13 +150,8 @@ TEST(MatchFaces, RefusesElementsThatDoNotFitTogether)
   // two elements on the same side of 4 5 6 7: one of them is inside out
   EXPECT_THAT(complaint({below, {8, 9, 10, 11, 4, 5, 6, 7}}), testing::HasSubstr("same side"));
   // the same four nodes, but as a quadrilateral 4-6-5-7
-  EXPECT_THAT(complaint({below, {4, 6, 5, 7, 8, 9, 10, 11}}), testing::HasSubstr("order"));
-}
-
-TEST(MatchFaces, MissingNodeThrows)
-{
-  EXPECT_THROW(match_face_nodes(below, 4, above), std::runtime_error);
-  EXPECT_EQ(match_face_nodes(below, 5, above), (std::array<int, 4>{0, 1, 2, 3}));
+  EXPECT_THAT(complaint({below, {4, 6, 5, 7, 8, 9, 10, 11}}),
+              testing::HasSubstr("in the order of one of them only"));
 }
 
 }    // namespace

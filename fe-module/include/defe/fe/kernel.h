@@ -140,20 +140,6 @@ class BrickKernel : public CorotationalKernel {
   std::unique_ptr<const Data> data;
 };
 
-/// Congruent hexahedra of any valid shape, equal up to translation, with one dense K.
-/// Throws std::invalid_argument if X is a bad hexahedron (check_hex) or the material is not valid.
-class CongruentKernel : public CorotationalKernel {
- public:
-  CongruentKernel(const HexCoords &X, const IsotropicElastic &material);
-  ~CongruentKernel() override;
-  void add_forces(int n, const int (*nodes)[8], const double *x, const double *X, double *f,
-                  const Output &out) const override;
-
- private:
-  struct Data;
-  std::unique_ptr<const Data> data;
-};
-
 /// Hexahedra of any valid shape, each with its own: total Lagrangian St Venant-Kirchhoff,
 /// S = lambda tr(E) I + 2 mu E with the Green strain E, Cauchy stress F S F^T / det F.
 /// Throws std::invalid_argument if the material is not valid. Reference shapes are not checked in
@@ -186,10 +172,6 @@ bool congruent(const HexCoords &A, const HexCoords &B, double tol = 1e-11);
 /// but for few, and each gets the same wherever it is asked: a kernel made of it does not depend on which of
 /// its elements came first.
 HexCoords rounded_shape(const HexCoords &X);
-
-/// BrickKernel if X is a box, CongruentKernel otherwise. Throws as their constructors do.
-std::unique_ptr<HexKernel> make_congruent_kernel(const HexCoords &X,
-                                                 const IsotropicElastic &material);
 
 }    // namespace defe::fe
 

@@ -3,9 +3,11 @@
 
 #include "defe/types.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace defe::fe {
@@ -46,23 +48,76 @@ constexpr int hex_opposite_face(int face)
   return face ^ 1;
 }
 
-/// A face of a mesh, whoever looks at it: its four node ids in ascending order.
-struct FaceKey {
-  std::array<std::int64_t, 4> id;
+/// A face as one element has it. Id: any integer type.
+template <class Id> struct ElementFace {
+  Id key[4];     ///< its node IDs in ascending order: the same for both elements
+  Id node[4];    ///< in the order of hex_face, outward
+  Id element;
+  int face;    ///< 0..5
 
-  FaceKey(std::int64_t a, std::int64_t b, std::int64_t c, std::int64_t d);
-
-  /// Face 0..5 of the hexahedron with these eight node ids.
-  FaceKey(const std::array<std::int64_t, 8> &hex, int face);
-
-  bool operator==(const FaceKey &other) const { return id == other.id; }
-  bool operator!=(const FaceKey &other) const { return id != other.id; }
-  bool operator<(const FaceKey &other) const { return id < other.id; }
+  ElementFace() = default;
+  ElementFace(const Id hex[8], int face, Id element) : element(element), face(face)
+  {
+    for (int i = 0; i < 4; ++i) key[i] = node[i] = hex[hex_face[face][i]];
+    std::sort(key, key + 4);
+  }
 };
 
-struct FaceKeyHash {
-  std::size_t operator()(const FaceKey &key) const noexcept;
-};
+namespace detail {
+  /// A face that two elements have is behind the one as it is before the other: from there its nodes run the other
+  /// way round. Position on `other` of the first node of `mine`; -1 if they run the same way, -2 if the nodes are a
+  /// face in one of the two orders only.
+  template <class Id> int face_rotation(const ElementFace<Id> &mine, const ElementFace<Id> &other)
+  {
+    int rotation = 0;
+    while (rotation < 3 && other.node[rotation] != mine.node[0]) ++rotation;
+    bool back = true, same = true;
+    for (int q = 0; q < 4; ++q) {
+      back = back && other.node[(rotation - q + 4) % 4] == mine.node[q];
+      same = same && other.node[(rotation + q) % 4] == mine.node[q];
+    }
+    return back ? rotation : same ? -1 : -2;
+  }
+}    // namespace detail
+
+/// Finds the faces that two elements have, and tells both: match(mine, other, rotation), where rotation is the
+/// position on the other's face of the first node of mine. Face: an ElementFace with whatever else is needed.
+/// Sorts the faces. Serial and rendezvous search both end here.
+/// \return what is wrong, in one line that names elements by ID; "" if nothing is
+template <class Face, class Match>
+std::string match_faces(std::vector<Face> &faces, const Match &match)
+{
+  const auto name = [](const Face &f) {
+    return std::to_string(f.element);
+  };
+  const auto same = [](const Face &a, const Face &b) {
+    return std::equal(a.key, a.key + 4, b.key);
+  };
+  std::sort(faces.begin(), faces.end(), [](const Face &a, const Face &b) {
+    for (int k = 0; k < 4; ++k)
+      if (a.key[k] != b.key[k]) return a.key[k] < b.key[k];
+    return a.element < b.element;
+  });
+  for (std::size_t k = 0; k + 1 < faces.size(); ++k) {
+    const Face &a = faces[k], &b = faces[k + 1];
+    if (!same(a, b)) continue;
+    if (k + 2 < faces.size() && same(b, faces[k + 2]))
+      return "Elements " + name(a) + ", " + name(b) + " and " + name(faces[k + 2]) +
+          " share one face: the mesh overlaps itself";
+    const int rotation = detail::face_rotation(a, b);
+    if (rotation < 0)
+      return "Elements " + name(a) + " and " + name(b) +
+          (rotation == -1
+               ? " share a face but lie on the same side of it: one of them is numbered inside out"
+               : " share four nodes that are a face in the order of one of them only: the other "
+                 "one is "
+                 "numbered wrongly");
+    match(a, b, rotation);
+    match(b, a, detail::face_rotation(b, a));
+    ++k;
+  }
+  return "";
+}
 
 /// What lies behind one face of an element.
 struct FaceNeighbor {
@@ -72,21 +127,11 @@ struct FaceNeighbor {
   std::array<int, 4> node = {-1, -1, -1, -1};
 };
 
-/// The neighbour's local numbers of the four nodes of `face`, in the order of hex_face[face].
-/// Throws std::runtime_error if the neighbour does not have all four.
-std::array<int, 4> match_face_nodes(const std::array<std::int64_t, 8> &hex, int face,
-                                    const std::array<std::int64_t, 8> &neighbor);
-
-/// Face neighbours of all hexes: result[e][f] is behind face f of element e. Serial, O(elements).
-/// Throws std::runtime_error, naming elements by index and nodes by id, if three elements share a
-/// face, if an element has a node twice, or if two elements lie on the same side of a shared face
-/// (only the order of the nodes is looked at, not coordinates).
+/// Face neighbours of all hexes: result[e][f] is behind face f of element e. Serial.
+/// Throws std::runtime_error, naming elements by index, with the complaint of match_faces() above.
 std::vector<std::array<FaceNeighbor, 6>>
 match_faces(const std::vector<std::array<std::int64_t, 8>> &hexes);
 
 }    // namespace defe::fe
-
-template <> struct std::hash<defe::fe::FaceKey> : defe::fe::FaceKeyHash {
-};
 
 #endif
