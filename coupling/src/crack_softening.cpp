@@ -307,7 +307,8 @@ namespace {
   {
     const Vec3 along = e - e.dot(m) * m;
     const double size = along.norm(), slip = size - held;
-    if (!(slip > 1e-9 * held) || size == 0.0) return 0.0;    // again at one place: nothing changes
+    // again at one place nothing changes, whatever the rounding of e
+    if (!(slip > 1e-9 * held + 1e-14 * at.norm())) return 0.0;
     const Vec3 by = slip / size * along;
     for (int k = 0; k < 3; ++k) joint.offset[k] -= by[k];
     e = Vec3(joint.offset) + at;    // as the next evaluation will find it

@@ -230,13 +230,13 @@ void DefeCracks::cut_noted()
 }
 
 /* ----------------------------------------------------------------------
-   energies are never negative: the sign says whether shares follow
+   energies are not negative but for rounding: the sign says whether shares follow
 ------------------------------------------------------------------------- */
 
 int DefeCracks::pack_energy(int d, double *buf) const
 {
   const auto share = shares.find(d);
-  buf[0] = share == shares.end() ? jt.energy[d] : std::copysign(jt.energy[d], -1.0);
+  buf[0] = std::copysign(jt.energy[d], share == shares.end() ? 1.0 : -1.0);
   if (share == shares.end()) return 1;
   for (int s = 0; s < 6; s++) buf[1 + s] = share->second[s];
   return 7;

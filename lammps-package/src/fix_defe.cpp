@@ -1623,6 +1623,7 @@ int FixDefe::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int 
     for (int ii = 0; ii < n && !asked_at.empty(); ii++) {
       auto found = asked_at.find(list[ii]);
       if (found == asked_at.end()) continue;
+      buf[m++] = ubuf(ii).d;
       buf[m++] = ubuf(static_cast<int>(found->second.size())).d;
       for (tagint element : found->second) buf[m++] = ubuf(element).d;
     }
@@ -1675,9 +1676,13 @@ void FixDefe::unpack_forward_comm(int n, int first, double *buf)
     }
   } else if (comm_mode == ASKED && n > 0) {
     const int end = static_cast<int>(ubuf(buf[m++]).i);
-    while (m < end)
-      for (int k = static_cast<int>(ubuf(buf[m++]).i); k > 0; k--)
-        asked.insert(static_cast<tagint>(ubuf(buf[m++]).i));
+    while (m < end) {
+      auto &here = asked_at[first + static_cast<int>(ubuf(buf[m++]).i)];    // on its way to a third rank
+      for (int k = static_cast<int>(ubuf(buf[m++]).i); k > 0; k--) {
+        here.push_back(static_cast<tagint>(ubuf(buf[m++]).i));
+        asked.insert(here.back());
+      }
+    }
   } else if (comm_mode == MARKED && n > 0) {
     const int end = static_cast<int>(ubuf(buf[m++]).i);
     while (m < end) {

@@ -41,7 +41,7 @@ std::vector<Remembers> remembers()
                     },
                     40, 200, false});
   }
-  list.push_back({"takeover", ball_on_bar(0.1, 60.0, 5e-8), {}, 250, 150, true});
+  list.push_back({"takeover", ball_on_bar(0.1, 60.0, 5e-8, "lattice"), {}, 250, 150, true});
   {
     Scene s;    // DEs and elements of one part
     s.dt = 2e-8;

@@ -364,7 +364,7 @@ TEST(Hybrid, BondedSpheresBesideGlass)
                     "pair_style hybrid defe/joint bpm/spring gran/hooke 5e6 NULL 0 NULL 0 0\n"
                     "pair_coeff 1*2 * none\npair_coeff 3 3 bpm/spring 1e5 4e-3 0\n"
                     "pair_coeff 3 4 gran/hooke\npair_coeff 4 4 defe/joint connective material "
-                    "cohesive 18e6 10 0.1 contact 0.9 0.2\n"
+                    "cohesive 18e6 10 0.1 lattice contact 0.9 0.2\n"
                     "bond_style bpm/spring smooth no\nbond_coeff 1 " +
         number(k) + " 0.5 0\ngroup particles empty\n";
     scene.stress = "15e6";
