@@ -102,22 +102,17 @@ namespace {
 
 }    // namespace
 
-CrackStress crack_stress_orthogonal(const GeneralCell &cell, const Vec3 y[6], unsigned present,
-                                    const CornerModuli &moduli)
+CrackStress crack_stress_orthogonal(const Mat3 &axes, const double length[6], const double half[6],
+                                    const Vec3 y[6], unsigned present, const CornerModuli &moduli)
 {
   // along the axes of the cell: displacement per length at each slot, strains from pairs of them
-  Mat3 axes;
-  double half[6], normal[6] = {};
+  double normal[6] = {};
   Vec3 g[6], stretched[6];    // u/L and y/L, both towards the positive axis
   for (int s = 0; s < 6; ++s) {
-    half[s] = cell.face[s].norm();
-    if (s % 2) axes.col(s / 2) = cell.face[s] / half[s];
-  }
-  for (int s = 0; s < 6; ++s) {
     if (!(present >> s & 1u)) continue;
-    const double length = cell.dX[s].dot(axes.col(s / 2));
-    g[s] = (y[s] - cell.dX[s]) / length;
-    stretched[s] = y[s] / length;
+    const double inverse = (s % 2 ? 1.0 : -1.0) / length[s];
+    stretched[s] = inverse * y[s];
+    g[s] = inverse * (y[s] - (s % 2 ? length[s] : -length[s]) * axes.col(s / 2));
     normal[s] = 0.5 * g[s].dot(stretched[s] + axes.col(s / 2));
   }
   const auto shear = [&](int s, int t) {

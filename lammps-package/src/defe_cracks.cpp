@@ -318,6 +318,15 @@ defe::CrackForces DefeCracks::look(int joint, const defe::CohesiveParameters &pa
                             Vec3::Zero(), moduli[jt.material[joint / 6]], par);
 }
 
+bool DefeCracks::rests(defe::CrackJoint &law, double dt)
+{
+  // before a run what rested in the last step rests still
+
+  if (!law.broken || law.rest <= (dt > 0.0 ? 1 : 0)) return false;
+  if (dt > 0.0) law.rest--;
+  return true;
+}
+
 defe::CrackForces DefeCracks::advance(int joint, const defe::CohesiveParameters &par,
                                       double friction, double dt)
 {
@@ -326,12 +335,6 @@ defe::CrackForces DefeCracks::advance(int joint, const defe::CohesiveParameters 
   const Vec3 y = Vec3(atom->x[j]) - Vec3(atom->x[i]);
   defe::CrackJoint &law = find(joint)->law;
 
-  // see let_rest(). Before a run what rested in the last step rests still.
-
-  if (law.broken && law.rest > (dt > 0.0 ? 1 : 0)) {
-    if (dt > 0.0) law.rest--;
-    return open_plane();
-  }
   law.rest = 0;
 
   // far apart, whatever the rotation
@@ -414,6 +417,22 @@ defe::GeneralCell DefeCracks::cell(int d) const
   return c;
 }
 
+/* ----------------------------------------------------------------------
+   unit vectors of the axes of an orthogonal cell: from its neighbours, whose positions are near in memory
+------------------------------------------------------------------------- */
+
+defe::Mat3 DefeCracks::axes(int d) const
+{
+  defe::Mat3 A;
+  for (int a = 0; a < 3; a++) {
+    const int s = partner[d][2 * a + 1] >= 0 ? 2 * a + 1 : 2 * a;
+    const double sign = s % 2 ? 1.0 : -1.0;
+    A.col(a) = partner[d][s] >= 0 ? Vec3(sign / jt.len[d][s] * lattice().vector(6 * d + s))
+                                  : Vec3(sign / jt.half[d][s] * Vec3(jt.rec[d]->slot[s].face));
+  }
+  return A;
+}
+
 double DefeCracks::release(int d, unsigned leaving, double share[6]) const
 {
   Vec3 y[6];
@@ -434,8 +453,11 @@ void DefeCracks::mark()
     Vec3 y[6];
     arms(d, y);
     const auto &law = moduli[jt.material[d]];
-    growth.stress(d) = d < jt.north ? defe::crack_stress_orthogonal(cell(d), y, jt.present[d], law)
-                                    : defe::crack_stress(cell(d), y, jt.present[d], law);
+    if (d < jt.north)
+      growth.stress(d) = defe::crack_stress_orthogonal(axes(d), jt.len[d].data(), jt.half[d].data(),
+                                                       y, jt.present[d], law);
+    else
+      growth.stress(d) = defe::crack_stress(cell(d), y, jt.present[d], law);
   }
 }
 

@@ -58,8 +58,11 @@ class DefeCracks : protected Pointers {
   double budget(int joint) const;
   void end_take_over() { shares.clear(); }
 
+  /** Whether the plane of a broken joint is open for this step, by what advance() has found before. */
+  static bool rests(defe::CrackJoint &, double dt);
   /** \param friction  of a broken plane; \param dt  0 before a run */
-  defe::CrackForces advance(int joint, const defe::CohesiveParameters &, double friction, double dt);
+  defe::CrackForces advance(int joint, const defe::CohesiveParameters &, double friction,
+                            double dt);
   /** The same for output: nothing changes. */
   defe::CrackForces look(int joint, const defe::CohesiveParameters &, defe::CrackJoint &) const;
   const std::array<int, 6> &partners(int d) const { return partner[d]; }
@@ -136,6 +139,7 @@ class DefeCracks : protected Pointers {
   };
   defe::CrackEnd end(int d, End &) const;
   defe::GeneralCell cell(int d) const;
+  defe::Mat3 axes(int d) const;
   void let_rest(int joint, defe::CrackJoint &, double dt) const;
   void arms(int d, defe::Vec3 y[6]) const;
   defe::CrackGeometry geometry(int joint) const;

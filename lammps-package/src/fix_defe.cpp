@@ -1677,7 +1677,8 @@ void FixDefe::unpack_forward_comm(int n, int first, double *buf)
   } else if (comm_mode == ASKED && n > 0) {
     const int end = static_cast<int>(ubuf(buf[m++]).i);
     while (m < end) {
-      auto &here = asked_at[first + static_cast<int>(ubuf(buf[m++]).i)];    // on its way to a third rank
+      auto &here =
+          asked_at[first + static_cast<int>(ubuf(buf[m++]).i)];    // on its way to a third rank
       for (int k = static_cast<int>(ubuf(buf[m++]).i); k > 0; k--) {
         here.push_back(static_cast<tagint>(ubuf(buf[m++]).i));
         asked.insert(here.back());

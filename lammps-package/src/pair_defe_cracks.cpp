@@ -169,12 +169,14 @@ void PairDefeJoint::take_over_cracks()
 void PairDefeJoint::crack_forces(int d, int s)
 {
   auto &jt = fix->jt;
+  defe::CrackJoint &law = cracks->find(6 * d + s)->law;
+  const double dt = update->setupflag ? 0.0 : update->dt;
+  if (DefeCracks::rests(law, dt)) return;
   JointSlot &slot = jt.rec[d]->slot[s];
   const Coeff &coeff = coeff_of(atom->type[jt.self[d]], atom->type[jt.nb[d][s]]);
-  const double dt = update->setupflag ? 0.0 : update->dt;
   const auto r =
       cracks->advance(6 * d + s, coeff.cohesive, with_contact ? coeff.friction : 0.0, dt);
-  const double stored = cracks->find(6 * d + s)->law.stored;
+  const double stored = law.stored;
 
   auto &ledger = fix->ledger;
   ledger.fracture += r.fracture;
@@ -186,7 +188,7 @@ void PairDefeJoint::crack_forces(int d, int s)
   slot.stored = stored;
   fix->stored.cohesive += stored;
 
-  if (slot.state == DefeJoint::COHESIVE && cracks->find(6 * d + s)->law.broken) {
+  if (slot.state == DefeJoint::COHESIVE && law.broken) {
     close_plane(d, s);
     event(d, s, defe::EventKind::BROKEN, 1.0);
   }

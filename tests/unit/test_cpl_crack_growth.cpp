@@ -225,8 +225,15 @@ TEST(CrackStress, BoxesHaveAShorterWay)
         y[s] =
             cell.dX[s] + cell.face[s].norm() * Vec3(strain(random), strain(random), strain(random));
       const unsigned there = present & body.present[i];
+      Mat3 axes;
+      double length[6], half[6];
+      for (int s = 0; s < 6; ++s) {
+        half[s] = cell.face[s].norm();
+        length[s] = cell.dX[s].norm();
+        if (s % 2) axes.col(s / 2) = cell.face[s] / half[s];
+      }
       const CrackStress a = crack_stress(cell, y, there, body.moduli),
-                        b = crack_stress_orthogonal(cell, y, there, body.moduli);
+                        b = crack_stress_orthogonal(axes, length, half, y, there, body.moduli);
       const double size = 1e-12 * 1e-2 * body.moduli.mu * d * d * d;
       const auto *pa = reinterpret_cast<const double *>(&a),
                  *pb = reinterpret_cast<const double *>(&b);

@@ -28,8 +28,11 @@ CrackStress crack_stress(const GeneralCell &cell, const Vec3 y[6], unsigned pres
                          const CornerModuli &moduli);
 
 /// The same for a cell that is_orthogonal(): a few times faster.
-CrackStress crack_stress_orthogonal(const GeneralCell &cell, const Vec3 y[6], unsigned present,
-                                    const CornerModuli &moduli);
+/// \param axes    unit vectors of the cell's axes, in columns
+/// \param length  [6] of the joints, > 0 where there is one
+/// \param half    [6] from the DE to the border of its cell
+CrackStress crack_stress_orthogonal(const Mat3 &axes, const double length[6], const double half[6],
+                                    const Vec3 y[6], unsigned present, const CornerModuli &moduli);
 
 Mat3 crack_tensor(const double sum[6]);
 
