@@ -9,9 +9,11 @@ namespace defe {
 
 namespace {
 
-  /// Least stiffness against turning, over the largest singular value (2 for a cube), below which joints
-  /// are as good as on one line.
-  constexpr double line_limit = 1e-3;
+  /// Least product of the stiffnesses against turning about the three axes, over the cube of their sum, for which joints say
+  /// how a DE has turned: 0.037 for three or six perpendicular ones, 0.031 for two, 0.015 for two at 45 degrees, 0 on a line.
+  /// Below, what little they say about the axis of the line is magnified: beside softening joints that is a stiffness beyond
+  /// all others, and the time step too long.
+  constexpr double line_limit = 0.015;
 
   struct Projected {
     double area, length;
@@ -145,23 +147,25 @@ namespace {
 DERotation de_rotation(const CrackEnd &end, unsigned use)
 {
   DERotation r;
-  Mat3 A = Mat3::Zero();
+  Mat3 A = Mat3::Zero(), stiff = Mat3::Zero();
   for (int s = 0; s < 6; ++s)
-    if (use >> s & 1u) A += end.y[s] * end.dX[s].transpose();
+    if (use >> s & 1u) {
+      A += end.y[s] * end.dX[s].transpose();
+      stiff -= end.dX[s] * end.dX[s].transpose();
+    }
+  const double trace = -2.0 * stiff.trace();
+  stiff.diagonal().array() += 0.5 * trace;
+  if (!(stiff.determinant() > line_limit * trace * trace * trace)) return r;
   const double size = A.norm();
   if (!(size > 0.0)) return r;
   A /= size;
   const double sum = horn_eigenvalue(A);
   const Eigen::Vector4d q = horn_eigenvector(A, sum);
   const Mat3 R = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
-  // stiffness against turning, in space: its eigenvalues are sums of two singular values; the least is 0 for
-  // joints on a line
+  // stiffness against turning, in space: its eigenvalues are sums of two singular values
   Mat3 H = -A * R.transpose();
   H = (0.5 * (H + H.transpose())).eval();
-  const double trace = -H.trace();
-  H.diagonal().array() += trace;
-  const double volume = H.determinant();
-  if (!(volume > line_limit * trace * trace * trace)) return r;
+  H.diagonal().array() -= H.trace();
   r.defined = true;
   r.R = R;
   for (int k = 0; k < 4; ++k) r.quaternion[k] = q[(k + 1) % 4];
