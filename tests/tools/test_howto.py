@@ -138,7 +138,7 @@ class Howto(unittest.TestCase):
                     self.assertEqual(kind, "LAMMPS")
                     script = changed(scripts[name], text) if what == "change" else text
                     outputs[name if what == "script" else what] = self.succeeded(here.lmp(script))
-        self.assertGreater(said, 10)
+        self.assertGreater(said, 8)
         self.assertEqual(set(scripts), {"in.bar", "in.pane"})
         self.assertEqual(len(list(here.folder.glob("bar.*.ppm"))), 6)
 
@@ -146,7 +146,7 @@ class Howto(unittest.TestCase):
         """Rounding decides on single joints late in a run, and processors differ by it."""
         self.assertEqual(set(row), set(measured))
         for key, value in row.items():
-            loose = {"Step": 0, "Time": 1e-12, "pieces": 0, "total": 5e-4 * value, "balance": 5e-4 * value,
+            loose = {"Step": 0, "Time": 1e-12, "pieces": 1, "total": 5e-4 * value, "balance": 5e-4 * value,
                      "kinetic": 0.01 * value, "force": 0.05 * value}.get(key, 4 + 0.1 * value)
             self.assertLessEqual(abs(measured[key] - value), loose, f"{key} at step {row['Step']}: {measured[key]}, not {value}")
 
