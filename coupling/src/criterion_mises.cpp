@@ -1,6 +1,6 @@
-#include "defe/coupling/criterion.h"
+#include "criterion_words.h"
 
-#include <cmath>
+#include "defe/coupling/criterion.h"
 
 namespace defe {
 
@@ -28,9 +28,7 @@ namespace {
   std::unique_ptr<ConversionCriterion> make(fe::LawWords &words, const fe::IsotropicElastic &,
                                             std::string &complaint)
   {
-    const double stress = words.number("equivalent stress");
-    if (!(stress > 0.0)) complaint = "equivalent stress must be > 0, not " + words.last();
-    return std::make_unique<Mises>(stress);
+    return std::make_unique<Mises>(positive(words, "equivalent stress", complaint));
   }
 
 }    // namespace

@@ -1,3 +1,5 @@
+#include "criterion_words.h"
+
 #include "defe/coupling/criterion.h"
 
 #include <Eigen/Eigenvalues>
@@ -41,8 +43,7 @@ namespace {
   std::unique_ptr<ConversionCriterion> make(fe::LawWords &words, const fe::IsotropicElastic &,
                                             std::string &complaint)
   {
-    const double cohesion = words.number("cohesion");
-    if (!(cohesion > 0.0)) complaint = "cohesion must be > 0, not " + words.last();
+    const double cohesion = positive(words, "cohesion", complaint);
     const double degrees = words.number("angle of internal friction");
     if (complaint.empty() && !(degrees >= 0.0 && degrees < 90.0))
       complaint =

@@ -1,6 +1,6 @@
-#include "defe/coupling/criterion.h"
+#include "criterion_words.h"
 
-#include <cmath>
+#include "defe/coupling/criterion.h"
 
 namespace defe {
 
@@ -26,9 +26,7 @@ namespace {
   std::unique_ptr<ConversionCriterion> make(fe::LawWords &words, const fe::IsotropicElastic &,
                                             std::string &complaint)
   {
-    const double stress = words.number("conversion stress");
-    if (!(stress > 0.0)) complaint = "conversion stress must be > 0, not " + words.last();
-    return std::make_unique<Principal>(stress);
+    return std::make_unique<Principal>(positive(words, "conversion stress", complaint));
   }
 
 }    // namespace

@@ -1,3 +1,5 @@
+#include "criterion_words.h"
+
 #include "defe/coupling/criterion.h"
 
 namespace defe {
@@ -32,9 +34,7 @@ namespace {
   std::unique_ptr<ConversionCriterion> make(fe::LawWords &words, const fe::IsotropicElastic &m,
                                             std::string &complaint)
   {
-    const double strain = words.number("conversion strain");
-    if (!(strain > 0.0)) complaint = "conversion strain must be > 0, not " + words.last();
-    return std::make_unique<PrincipalStrain>(strain, m);
+    return std::make_unique<PrincipalStrain>(positive(words, "conversion strain", complaint), m);
   }
 
 }    // namespace

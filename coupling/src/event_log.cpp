@@ -188,12 +188,13 @@ std::string EventLog::begin()
   if (continued && state.lines > 0)
     head += "# from step " + std::to_string(restart_step) + " on; " + std::to_string(state.lines) +
         " events before are in " + state.name + "\n";
-  head += "# step time event id id2 X Y Z nx ny nz value\n"
-          "# event convert: id = element, id2 = part, X = reference centre, value = mass\n"
-          "# event cohesive, broken: id, id2 = the two DEs, X = reference middle of the "
-          "joint, n = reference direction, value = equivalent traction, or damage (1)\n"
-          "# event adhesive, debonded: the same of a tie, id = DE, id2 = element, X = "
-          "reference point on its face\n";
+  head +=
+      "# step time event id id2 X Y Z nx ny nz value\n"
+      "# event convert: id = element, id2 = part, X = reference centre, value = mass\n"
+      "# event cohesive, broken: id, id2 = the two DEs, X = where the crack passes between them, "
+      "n = its normal, both reference, value = equivalent traction, or damage (1)\n"
+      "# event adhesive, debonded: the same of a tie, id = DE, id2 = element, X = "
+      "reference point on its face\n";
   state.bytes = 0;
   sum = Checksum();
   return write(head, "w");

@@ -115,7 +115,7 @@ void DefeCracks::prepare()
       its_slot[d][s] = slot.partner;
       if (jt.state[6 * d + s] != DefeJoint::CONNECTIVE)
         state[6 * d + s] = defe::CrackLattice::SOFTENING;
-      if (const JointCrack *c = find(6 * d + s)) cuts.push_back({6 * d + s, memory_of(c->law)});
+      if (const JointCrack *c = find(6 * d + s)) cuts[6 * d + s] = memory_of(c->law);
     }
   }
 }
@@ -131,12 +131,10 @@ int DefeCracks::pack_table(int d, double *buf) const
     int64_t b = JOINED | static_cast<int64_t>(its_slot[d][s]) << 3;
     if (state[6 * d + s]) b |= CUT;
     buf[m++] = ubuf(other[d][s]).d;
-    const auto cut = std::find_if(cuts.begin(), cuts.end(), [&](const Cut &c) {
-      return c.joint == 6 * d + s;
-    });
+    const auto cut = cuts.find(6 * d + s);
     if (cut != cuts.end()) {
       b |= REMEMBERED;
-      pack(cut->memory, &buf[m]);
+      pack(cut->second, &buf[m]);
       m += 4;
     }
     bits |= b << (3 + SLOT_BITS * s);
@@ -159,7 +157,7 @@ int DefeCracks::unpack_table(int d, const double *buf)
     its_slot[d][s] = static_cast<signed char>(b >> 3 & 7);
     if (b & CUT) state[6 * d + s] = defe::CrackLattice::SOFTENING;
     if (b & REMEMBERED) {
-      cuts.push_back({6 * d + s, unpack(&buf[m])});
+      cuts[6 * d + s] = unpack(&buf[m]);
       m += 4;
     }
   }
@@ -207,12 +205,12 @@ void DefeCracks::resolve()
   parting.clear();
   cutting.clear();
   shares.clear();
-  for (const Cut &c : cuts) {
-    if (other_end(c.joint) < 0) continue;
-    if (state[c.joint])
-      growth.add_crack(lattice(), c.joint, c.memory);
+  for (const auto &[joint, memory] : cuts) {
+    if (other_end(joint) < 0) continue;
+    if (state[joint])
+      growth.add_crack(lattice(), joint, memory);
     else
-      coming.push_back(c);
+      coming.push_back({joint, memory});
   }
   cuts.clear();
 }
@@ -239,7 +237,7 @@ int DefeCracks::pack_energy(int d, double *buf) const
   buf[0] = std::copysign(jt.energy[d], share == shares.end() ? 1.0 : -1.0);
   if (share == shares.end()) return 1;
   for (int s = 0; s < 6; s++) buf[1 + s] = share->second[s];
-  return 7;
+  return ENERGY_SIZE;
 }
 
 int DefeCracks::unpack_energy(int d, const double *buf)
@@ -248,7 +246,7 @@ int DefeCracks::unpack_energy(int d, const double *buf)
   if (!std::signbit(buf[0])) return 1;
   auto &share = shares[d];
   for (int s = 0; s < 6; s++) share[s] = buf[1 + s];
-  return 7;
+  return ENERGY_SIZE;
 }
 
 double DefeCracks::budget(int joint) const

@@ -54,8 +54,6 @@ class DefeCracks : protected Pointers {
 
   /** A joint whose lower end is mine takes over what the corners let go; its traction then. */
   double take_over(int joint, const defe::CohesiveParameters &);
-  /** What of it is the lower and the upper end's share. */
-  double budget(int joint) const;
   void end_take_over() { shares.clear(); }
 
   /** Whether the plane of a broken joint is open for this step, by what advance() has found before. */
@@ -120,11 +118,11 @@ class DefeCracks : protected Pointers {
   defe::CrackGrowth growth;
   std::vector<defe::CrackStart> decisions;
   std::vector<int> noted;
+  std::unordered_map<int, defe::CrackMemory> cuts;    // while tables are made: of lower ends
   struct Cut {
     int joint;
     defe::CrackMemory memory;
   };
-  std::vector<Cut> cuts;       // while tables are made: of lower ends
   std::vector<Cut> coming;     // noted: joints that are cut in the next step
   std::vector<int> cutting;    // of the other law, softening from the end of this step on
   std::vector<int> parting;    // joints that leave the lattice at the end of this step
@@ -137,6 +135,7 @@ class DefeCracks : protected Pointers {
   struct End {
     defe::Vec3 dX[6], y[6];
   };
+  double budget(int joint) const;    // what both ends let go for it
   defe::CrackEnd end(int d, End &) const;
   defe::GeneralCell cell(int d) const;
   defe::Mat3 axes(int d) const;

@@ -1290,5 +1290,6 @@ void PairDefeJoint::read_restart_settings(FILE *fp)
 
 double PairDefeJoint::memory_usage()
 {
-  return static_cast<double>(candidates.capacity()) * sizeof(Candidate) + Pair::memory_usage();
+  return static_cast<double>(candidates.capacity()) * sizeof(Candidate) +
+      (cracks ? cracks->memory_usage() : 0.0) + Pair::memory_usage();
 }

@@ -518,10 +518,12 @@ TEST(CrackSoftening, RotationOfADE)
                         Vec3::Zero(),   Vec3::Zero(),  Vec3::Zero()};
   EXPECT_FALSE(de_rotation({line, line, 3}, 3).defined);
   // nearly a line: what turns about it would be magnified, 33 times as stiff at 10 degrees
-  for (const auto &[angle, defined] : {std::pair(10.0, false), {30.0, false}, {60.0, true}, {120.0, true}, {170.0, false}}) {
+  for (const auto &[angle, defined] :
+       {std::pair(10.0, false), {30.0, false}, {60.0, true}, {120.0, true}, {170.0, false}}) {
     const double a = angle * M_PI / 180.0;
-    const Vec3 two[6] = {Vec3(1, 0, 0), Vec3(std::cos(a), std::sin(a), 0), Vec3::Zero(),
-                         Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
+    const Vec3 two[6] = {Vec3(1, 0, 0), Vec3(std::cos(a), std::sin(a), 0),
+                         Vec3::Zero(),  Vec3::Zero(),
+                         Vec3::Zero(),  Vec3::Zero()};
     EXPECT_EQ(de_rotation({two, two, 3}, 3).defined, defined) << angle;
   }
   EXPECT_FALSE(de_rotation({line, line, 3}, 1).defined);

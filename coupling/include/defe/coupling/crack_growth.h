@@ -161,22 +161,23 @@ class CrackGrowth {
   void nuclei(const CrackLattice &, const CrackGrowthParameters &, std::vector<CrackStart> &) const;
 };
 
-// In a step (the pair style, which does not use it yet):
+// In a step (lammps-package/src/defe_cracks.h, called by pair_defe_cracks.cpp):
 //   1. Joints that the last step started leave the corners at both ends (states, present); add_crack() for
-//      each, on every rank that knows both of its DEs. crack_release() for each own DE that has lost joints.
+//      each, on every rank that knows both of its DEs.
 //   2. Corner kernel. With the 18 numbers of half forces go the energy of each DE and, of DEs that have lost
-//      joints, their 6 shares of crack_release().
+//      joints, their 6 shares of crack_release(), as of the step before.
 //   3. crack_take_over() for new joints, then crack_update() for all softening joints and for broken
 //      ones that are not apart, by the rank of the lower ID; forces on ghosts are added up as always.
-//   4. mark(); crack_stress() for the own ones among the marked; forward 1 number of an unmarked DE
-//      (0), 1 + CrackStress::size of a marked one. Both ranks mark alike as far as ghosts reach.
-//   5. decide(); crack_start() for what it returns (false: it does not open). With the states, which are
-//      forwarded today, go the CrackMemory (4 numbers) of each joint that starts.
+//   4. mark(); crack_stress() for the own ones among the marked, which are forwarded. Both ranks mark alike as
+//      far as ghosts reach.
+//   5. decide(); crack_start() for what it returns (false: it does not open). With the states go the CrackMemory
+//      (4 numbers) of each joint that starts. Then crack_release() for each own DE that is to lose joints, and
+//      remove_crack() for joints that have come apart.
 // With new lists of neighbours: reset(), add_crack() for all cut joints whose DEs are both known, ghosts
 // among themselves included. Of ghosts a rank needs ID, reference position, corner, type, the other
 // ends (IDs, slots), and states and CrackMemory of their joints; as far as three joints away.
 // CrackJoint is all that a joint keeps; CrackGrowth has no history, so restarts need nothing else.
-// A quiet body pays one comparison per DE, and two numbers per ghost.
+// A quiet body pays one comparison per DE, and one number per ghost.
 
 }    // namespace defe
 

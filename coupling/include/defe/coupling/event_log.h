@@ -30,8 +30,8 @@ struct Event {
   double time;
   EventKind what;
   std::int64_t a, b;    ///< IDs: element and part, two DEs, or DE and element
-  double x[3];          ///< reference position: element centre or middle of the joint
-  double n[3];          ///< reference direction of the joint
+  double x[3];          ///< reference position: element centre, or where the crack passes the joint
+  double n[3];          ///< reference normal of the crack, or direction of the joint
   double value;         ///< mass, equivalent traction, or damage
 };
 
