@@ -89,6 +89,7 @@ double discrete_step(const HexCoords &X, const defe::fe::IsotropicElastic &elast
     for (int s = 0; s < 6; s++)
       if (defe::slot_is_outer(k, s)) cell.dX[s] = 2.0 * cell.face[s];
     joints = MIN(joints, defe::lattice_critical_step(cell, 0x3f, moduli, 0.125 * mass));
+    dt = MIN(dt, defe::softening_step_share * joints);
     for (int s = 0; s < 6; s++)
       if (defe::slot_is_outer(k, s)) {
         cell.dX[s] = cell.face[s];
