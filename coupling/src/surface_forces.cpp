@@ -248,7 +248,10 @@ namespace {
         const double beside[2] = {(std::abs(at.xi) - 1.0) * facet.half_xi,
                                   (std::abs(at.eta) - 1.0) * facet.half_eta};
         if (deep && beside[0] <= 0.0 && beside[1] <= 0.0) continue;
-        if (beside[0] > 1.1 * cp.half || beside[1] > 1.1 * cp.half) continue;
+        // where the surface goes on, no share is left from half a patch on
+        if (beside[0] > (facet.rim[at.xi < 0.0] ? 1.1 : 0.5) * cp.half ||
+            beside[1] > (facet.rim[2 + (at.eta < 0.0)] ? 1.1 : 0.5) * cp.half)
+          continue;
         if (!gathered) gather_own_patches(cp);
         gathered = true;
         if (!whole_node(cp, t.candidates[k], at)) patches_of_node(cp, t.candidates[k], p);

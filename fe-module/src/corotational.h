@@ -123,13 +123,22 @@ namespace lanes {
     x[2] = c4 * b0 + c5 * b1 + c2 * b2;
   }
 
-  /// stress_bound() of lambda tr(e) I + 2 mu e, for the strain e (xx yy zz xy xz yz).
-  DEFE_INLINE Pack stress_bound(const Pack e[6], double lambda, double mu,
-                                const StressBound &weights)
-  {
-    return (lambda * weights.mean) * (e[0] + e[1] + e[2]) +
-        (2.0 * mu) * symmetric_bound(e, weights);
-  }
+  /// stress_bound() of lambda tr(e) I + 2 mu e, for the strain e (xx yy zz xy xz yz): of_trace tr(e) + of_shear sqrt(J2(e)).
+  struct BoundOfStrain {
+    double of_trace, of_shear;
+    BoundOfStrain(const IsotropicElastic &material, const StressBound &weights) :
+        of_trace(weights.mean * (material.lambda() + 2.0 / 3.0 * material.mu())),
+        of_shear(2.0 * material.mu() * weights.shear / std::sqrt(3.0))
+    {
+    }
+    DEFE_INLINE Pack operator()(const Pack e[6]) const
+    {
+      const Pack xy = e[0] - e[1], yz = e[1] - e[2], zx = e[2] - e[0];
+      const Pack J2 =
+          (1.0 / 6.0) * (xy * xy + yz * yz + zx * zx) + (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]);
+      return of_trace * (e[0] + e[1] + e[2]) + of_shear * simd::sqrt(J2);
+    }
+  };
 
   /// Strain (xx yy zz xy xz yz) of a displacement gradient.
   DEFE_INLINE void symmetric(const Pack H[3][3], Pack e[6])
@@ -162,7 +171,7 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
 {
   constexpr int W = simd::width;
   const CorotationalShape &shape = stiffness.shape;
-  const double lambda = material.lambda(), mu = material.mu();
+  [[maybe_unused]] const lanes::BoundOfStrain bound_of(material, out.bound_weights);
 
   // D = gradient by natural coordinates times 8, H = D G
   const auto to_local = [](const Pack D[3][3], const double G[3][3], Pack H[3][3]) {
@@ -226,13 +235,13 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
     if constexpr (with_bound) {
       Pack bound;
       if (!out.bound_at_gauss_points) {
-        bound = lanes::stress_bound(strain, lambda, mu, out.bound_weights);
+        bound = bound_of(strain);
       } else {
         for (int point = 0; point < 8; ++point) {
           gradient_at_gauss_point(u, point, D);
           to_local(D, shape.G[point], H);
           lanes::symmetric(H, strain);
-          const Pack here = lanes::stress_bound(strain, lambda, mu, out.bound_weights);
+          const Pack here = bound_of(strain);
           bound = point == 0 ? here : simd::max(here, bound);
         }
       }
