@@ -114,7 +114,8 @@ namespace {
     return x;
   }
 
-  /// Eigenvector of a simple eigenvalue: the largest column of the adjugate of N - x I.
+  /// Eigenvector of a simple eigenvalue: a column of the adjugate of N - x I, which is a multiple of v v^T; that of w unless
+  /// it is short, i.e. the rotation by more than 120 degrees, then the largest one.
   Eigen::Vector4d horn_eigenvector(const Mat3 &A, double x)
   {
     Eigen::Matrix4d N;
@@ -124,9 +125,8 @@ namespace {
     N.block<1, 3>(0, 1) = axial.transpose();
     N.block<3, 3>(1, 1) = A + A.transpose() - A.trace() * Mat3::Identity();
     N.diagonal().array() -= x;
-    Eigen::Matrix4d adjugate;
-    int largest = 0;
-    for (int c = 0; c < 4; ++c) {
+    const auto column = [&](int c) {
+      Eigen::Vector4d v;
       for (int r = 0; r < 4; ++r) {
         Mat3 minor;
         for (int i = 0, p = 0; i < 4; ++i) {
@@ -135,17 +135,24 @@ namespace {
             if (j != r) minor(p, q++) = N(i, j);
           ++p;
         }
-        adjugate(r, c) = ((r + c) % 2 ? -1.0 : 1.0) * minor.determinant();
+        v[r] = ((r + c) % 2 ? -1.0 : 1.0) * minor.determinant();
       }
-      if (std::abs(adjugate(c, c)) > std::abs(adjugate(largest, largest))) largest = c;
-    }
-    return adjugate.col(largest).normalized();
+      return v;
+    };
+    Eigen::Vector4d largest = column(0);
+    if (largest[0] * largest[0] < 0.25 * largest.squaredNorm())
+      for (int c = 1; c < 4; ++c) {
+        const Eigen::Vector4d v = column(c);
+        if (v.squaredNorm() > largest.squaredNorm()) largest = v;
+      }
+    return largest.normalized();
   }
 
 }    // namespace
 
 DERotation de_rotation(const CrackEnd &end, unsigned use)
 {
+  if (end.turn && use == end.present) return *end.turn;
   DERotation r;
   Mat3 A = Mat3::Zero(), stiff = Mat3::Zero();
   for (int s = 0; s < 6; ++s)

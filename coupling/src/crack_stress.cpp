@@ -1,6 +1,7 @@
 #include "defe/coupling/crack_stress.h"
 
 #include "corner_metric.h"
+#include "defe/simd.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -87,78 +88,141 @@ CrackStress crack_stress(const GeneralCell &cell, const Vec3 y[6], unsigned pres
   return sum;
 }
 
+// Boxes, one per lane, along the axes of their cells. With u/L of slot s, towards the positive axis, as g_s, the strains
+// of pairs of slots are E_ss = g_a + g.g/2 and E_st = (g_s.g_t + g_s,b + g_t,a)/2.
 namespace {
 
-  using Six = Eigen::Matrix<double, 6, 1>;    // xx yy zz yz xz xy
+  using simd::Pack;
 
-  /// A tensor given along perpendicular unit axes, in space.
-  void turn_into(double out[6], const Six &S, const Mat3 &axes)
+  constexpr int first_of[3] = {1, 0, 0}, second_of[3] = {2, 2, 1};    // axes of the shears yz xz xy
+
+  struct BoxLanes {
+    Pack axes[3][3], g[6][3], there[6], half[6];
+    Pack lambda[4], mu2;    // by joints at a corner; 2 mu
+
+    BoxLanes(int n, const CrackBox *box)
+    {
+      const auto of = [&](const auto &value) {
+        return simd::generate([&](int l) {
+          return value(box[l < n ? l : 0]);
+        });
+      };
+      for (int i = 0; i < 3; ++i)
+        for (int a = 0; a < 3; ++a)
+          axes[i][a] = of([=](const CrackBox &b) {
+            return b.axes(i, a);
+          });
+      for (int s = 0; s < 6; ++s) {
+        const double sign = s % 2 ? 1.0 : -1.0;
+        there[s] = of([=](const CrackBox &b) {
+          return b.present >> s & 1u ? 1.0 : 0.0;
+        });
+        half[s] = of([=](const CrackBox &b) {
+          return b.half[s];
+        });
+        const Pack length = of([=](const CrackBox &b) {
+          return b.present >> s & 1u ? b.length[s] : 1.0;
+        });
+        const Pack inverse = there[s] * sign / length;
+        Pack u[3];    // by displacements, so that nothing cancels when the strain is small
+        for (int i = 0; i < 3; ++i)
+          u[i] = of([=](const CrackBox &b) {
+                   return b.y[s][i];
+                 }) -
+              sign * length * axes[i][s / 2];
+        for (int a = 0; a < 3; ++a)
+          g[s][a] = inverse * (axes[0][a] * u[0] + axes[1][a] * u[1] + axes[2][a] * u[2]);
+      }
+      for (int joints = 0; joints < 4; ++joints)
+        lambda[joints] = of([=](const CrackBox &b) {
+          return reduced_lambda(b.moduli, joints);
+        });
+      mu2 = of([](const CrackBox &b) {
+        return 2.0 * b.moduli.mu;
+      });
+    }
+
+    Pack normal(int s) const
+    {
+      const Pack *v = g[s];
+      return v[s / 2] + 0.5 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    }
+    Pack shear(int s, int t) const
+    {
+      const Pack *v = g[s], *w = g[t];
+      return 0.5 * (v[0] * w[0] + v[1] * w[1] + v[2] * w[2] + v[t / 2] + w[s / 2]) * there[s] *
+          there[t];
+    }
+  };
+
+  struct SumLanes {
+    Pack slot[6][6], slot_volume[6], full[6], full_volume;
+  };
+
+  /// A tensor given along the axes, in space.
+  void turn_into_space(const Pack axes[3][3], Pack S[6])
   {
-    Mat3 T;
-    T << S[0], S[5], S[4], S[5], S[1], S[3], S[4], S[3], S[2];
-    T = (axes * T * axes.transpose()).eval();
-    add(out, T);
+    constexpr int row[6] = {0, 1, 2, 1, 0, 0}, column[6] = {0, 1, 2, 2, 2, 1};
+    const Pack T[3][3] = {{S[0], S[5], S[4]}, {S[5], S[1], S[3]}, {S[4], S[3], S[2]}};
+    Pack A[3][3];
+    for (int i = 0; i < 3; ++i)
+      for (int b = 0; b < 3; ++b)
+        A[i][b] = axes[i][0] * T[0][b] + axes[i][1] * T[1][b] + axes[i][2] * T[2][b];
+    for (int k = 0; k < 6; ++k) {
+      const int i = row[k], j = column[k];
+      S[k] = A[i][0] * axes[j][0] + A[i][1] * axes[j][1] + A[i][2] * axes[j][2];
+    }
+  }
+
+  void sum_corners(const BoxLanes &box, SumLanes &sum)
+  {
+    Pack normal[6], shear[6][6];
+    for (int s = 0; s < 6; ++s) normal[s] = box.normal(s);
+    for (int s = 0; s < 4; ++s)
+      for (int t = 2 * (s / 2) + 2; t < 6; ++t) shear[s][t] = box.shear(s, t);
+    sum = SumLanes{};
+    for (int corner = 0; corner < 8; ++corner) {
+      const int s[3] = {corner_slot(corner, 0), corner_slot(corner, 1), corner_slot(corner, 2)};
+      const Pack x = box.there[s[0]], y = box.there[s[1]], z = box.there[s[2]];
+      const Pack three = x * y * z, pairs = x * y + x * z + y * z;
+      const Pack two = pairs - 3.0 * three, one = x + y + z - 2.0 * pairs + 3.0 * three;
+      const Pack lambda = one * box.lambda[1] + two * box.lambda[2] + three * box.lambda[3];
+      const Pack w = box.half[s[0]] * box.half[s[1]] * box.half[s[2]];
+      const Pack p = lambda * (normal[s[0]] + normal[s[1]] + normal[s[2]]);
+      Pack S[6];
+      for (int a = 0; a < 3; ++a) {
+        S[a] = w * box.there[s[a]] * (p + box.mu2 * normal[s[a]]);
+        S[3 + a] = w * box.mu2 * shear[s[first_of[a]]][s[second_of[a]]];
+      }
+      for (int a = 0; a < 3; ++a) {
+        for (int k = 0; k < 6; ++k) sum.slot[s[a]][k] += box.there[s[a]] * S[k];
+        sum.slot_volume[s[a]] += box.there[s[a]] * w;
+      }
+      for (int k = 0; k < 6; ++k) sum.full[k] += three * S[k];
+      sum.full_volume += three * w;
+    }
+    for (int s = 0; s < 6; ++s) turn_into_space(box.axes, sum.slot[s]);
+    turn_into_space(box.axes, sum.full);
   }
 
 }    // namespace
 
-CrackStress crack_stress_orthogonal(const Mat3 &axes, const double length[6], const double half[6],
-                                    const Vec3 y[6], unsigned present, const CornerModuli &moduli)
+void crack_stress_orthogonal(int n, const CrackBox *box, CrackStress *out)
 {
-  // along the axes of the cell: displacement per length at each slot, strains from pairs of them
-  double normal[6] = {};
-  Vec3 g[6], stretched[6];    // u/L and y/L, both towards the positive axis
-  for (int s = 0; s < 6; ++s) {
-    if (!(present >> s & 1u)) continue;
-    const double inverse = (s % 2 ? 1.0 : -1.0) / length[s];
-    stretched[s] = inverse * y[s];
-    g[s] = inverse * (y[s] - (s % 2 ? length[s] : -length[s]) * axes.col(s / 2));
-    normal[s] = 0.5 * g[s].dot(stretched[s] + axes.col(s / 2));
-  }
-  const auto shear = [&](int s, int t) {
-    return 0.5 * (g[s].dot(stretched[t]) + axes.col(s / 2).dot(g[t]));
-  };
-  double pair[6][6];
-  for (int s = 0; s < 4; ++s)
-    for (int t = 2 * (s / 2) + 2; t < 6; ++t)
-      if (present >> s & 1u && present >> t & 1u) pair[s][t] = shear(s, t);
-
-  Six slot[6], full = Six::Zero();
-  CrackStress sum{};
-  for (Six &one : slot) one.setZero();
-  for (int corner = 0; corner < 8; ++corner) {
-    const int s[3] = {corner_slot(corner, 0), corner_slot(corner, 1), corner_slot(corner, 2)};
-    bool there[3];
-    double trace = 0.0;
-    int joints = 0;
-    for (int a = 0; a < 3; ++a) {
-      there[a] = present >> s[a] & 1u;
-      joints += there[a];
-      if (there[a]) trace += normal[s[a]];
-    }
-    if (joints == 0) continue;
-    const double w = half[s[0]] * half[s[1]] * half[s[2]];
-    const double p = reduced_lambda(moduli, joints) * trace, mu2 = 2.0 * moduli.mu;
-    Six S = Six::Zero();
-    for (int a = 0; a < 3; ++a) {
-      if (there[a]) S[a] = w * (p + mu2 * normal[s[a]]);
-      const int b = (a + 1) % 3, c = (a + 2) % 3;    // S[3 + a] is that of the two other axes
-      if (there[b] && there[c]) S[3 + a] = w * mu2 * pair[s[b < c ? b : c]][s[b < c ? c : b]];
-    }
-    for (int a = 0; a < 3; ++a)
-      if (there[a]) {
-        slot[s[a]] += S;
-        sum.slot_volume[s[a]] += w;
+  for (int first = 0; first < n; first += simd::width) {
+    const int count = std::min(simd::width, n - first);
+    SumLanes sum;
+    sum_corners(BoxLanes(count, box + first), sum);
+    for (int l = 0; l < count; ++l) {
+      CrackStress &o = out[first + l];
+      for (int s = 0; s < 6; ++s) {
+        for (int k = 0; k < 6; ++k) o.slot[s][k] = sum.slot[s][k][l];
+        o.slot_volume[s] = sum.slot_volume[s][l];
       }
-    if (joints == 3) {
-      full += S;
-      sum.full_volume += w;
+      for (int k = 0; k < 6; ++k) o.full[k] = sum.full[k][l];
+      o.full_volume = sum.full_volume[l];
     }
   }
-  for (int s = 0; s < 6; ++s)
-    if (sum.slot_volume[s] > 0.0) turn_into(sum.slot[s], slot[s], axes);
-  turn_into(sum.full, full, axes);
-  return sum;
 }
 
 Mat3 crack_tensor(const double s[6])

@@ -284,6 +284,37 @@ defe::CrackEnd DefeCracks::end(int d, End &store) const
   return {store.dX, store.y, present};
 }
 
+/* ----------------------------------------------------------------------
+   what several joints ask of a DE in one evaluation
+------------------------------------------------------------------------- */
+
+void DefeCracks::forget_ends()
+{
+  known_place.resize(jt.nall, -1);
+  for (int d : known_des)
+    if (d < jt.nall) known_place[d] = -1;
+  known_des.clear();
+}
+
+void DefeCracks::know(int d)
+{
+  if (known_place[d] >= 0) return;
+  const size_t k = known_des.size();
+  known_place[d] = static_cast<int>(k);
+  known_des.push_back(d);
+  if (k == known.size()) known.emplace_back();
+  KnownEnd &one = known[k];
+  const defe::CrackEnd e = end(d, one.vectors);
+  one.present = e.present;
+  one.turn = defe::de_rotation(e, e.present);
+}
+
+defe::CrackEnd DefeCracks::known_end(int d) const
+{
+  const KnownEnd &one = known[known_place[d]];
+  return {one.vectors.dX, one.vectors.y, one.present, &one.turn};
+}
+
 defe::CrackGeometry DefeCracks::geometry(int joint) const
 {
   const JointSlot &slot = jt.rec[joint / 6]->slot[joint % 6];
@@ -325,14 +356,13 @@ bool DefeCracks::rests(defe::CrackJoint &law, double dt)
   return true;
 }
 
-defe::CrackForces DefeCracks::advance(int joint, const defe::CohesiveParameters &par,
-                                      double friction, double dt)
+defe::CrackForces DefeCracks::advance(int joint, defe::CrackJoint &law,
+                                      const defe::CohesiveParameters &par, double friction,
+                                      double dt)
 {
   const int there = other_end(joint);
   const int i = jt.self[joint / 6], j = jt.self[there / 6];
   const Vec3 y = Vec3(atom->x[j]) - Vec3(atom->x[i]);
-  defe::CrackJoint &law = find(joint)->law;
-
   law.rest = 0;
 
   // far apart, whatever the rotation
@@ -345,9 +375,10 @@ defe::CrackForces DefeCracks::advance(int joint, const defe::CohesiveParameters 
     law.stored = 0.0;
     return out;
   }
-  End near, far;
+  know(joint / 6);
+  know(there / 6);
   const Vec3 spin = 0.5 * dt * (Vec3(atom->omega[i]) + Vec3(atom->omega[j]));
-  const auto out = defe::crack_update(law, g, end(joint / 6, near), end(there / 6, far), y, spin,
+  const auto out = defe::crack_update(law, g, known_end(joint / 6), known_end(there / 6), y, spin,
                                       moduli[jt.material[joint / 6]], par, friction);
   if (law.broken && !out.apart) let_rest(joint, law, dt);
   return out;
@@ -445,18 +476,29 @@ double DefeCracks::release(int d, unsigned leaving, double share[6]) const
 void DefeCracks::mark()
 {
   foreign.clear();
+  boxes.clear();
+  boxed.clear();
   for (int d : growth.mark(lattice(), jt.energy.data(), quiet.data())) {
-    growth.stress(d) = defe::CrackStress{};
-    if (d >= jt.nde) continue;
-    Vec3 y[6];
-    arms(d, y);
-    const auto &law = moduli[jt.material[d]];
-    if (d < jt.north)
-      growth.stress(d) = defe::crack_stress_orthogonal(axes(d), jt.len[d].data(), jt.half[d].data(),
-                                                       y, jt.present[d], law);
-    else
-      growth.stress(d) = defe::crack_stress(cell(d), y, jt.present[d], law);
+    if (d < jt.north) {
+      defe::CrackBox &box = boxes.emplace_back();
+      box.axes = axes(d);
+      std::copy_n(jt.len[d].data(), 6, box.length);
+      std::copy_n(jt.half[d].data(), 6, box.half);
+      arms(d, box.y);
+      box.present = jt.present[d];
+      box.moduli = moduli[jt.material[d]];
+      boxed.push_back(d);
+    } else if (d < jt.nde) {
+      Vec3 y[6];
+      arms(d, y);
+      growth.stress(d) = defe::crack_stress(cell(d), y, jt.present[d], moduli[jt.material[d]]);
+    } else
+      growth.stress(d) = defe::CrackStress{};
   }
+  const int n = static_cast<int>(boxes.size());
+  box_stress.resize(n);
+  defe::crack_stress_orthogonal(n, boxes.data(), box_stress.data());
+  for (int k = 0; k < n; k++) growth.stress(boxed[k]) = box_stress[k];
 }
 
 int DefeCracks::pack_stress(int n, const int *list, double *buf) const

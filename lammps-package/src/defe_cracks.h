@@ -55,12 +55,14 @@ class DefeCracks : protected Pointers {
   /** A joint whose lower end is mine takes over what the corners let go; its traction then. */
   double take_over(int joint, const defe::CohesiveParameters &);
   void end_take_over() { shares.clear(); }
+  /** Before the joints of an evaluation are computed. */
+  void forget_ends();
 
   /** Whether the plane of a broken joint is open for this step, by what advance() has found before. */
   static bool rests(defe::CrackJoint &, double dt);
   /** \param friction  of a broken plane; \param dt  0 before a run */
-  defe::CrackForces advance(int joint, const defe::CohesiveParameters &, double friction,
-                            double dt);
+  defe::CrackForces advance(int joint, defe::CrackJoint &, const defe::CohesiveParameters &,
+                            double friction, double dt);
   /** The same for output: nothing changes. */
   defe::CrackForces look(int joint, const defe::CohesiveParameters &, defe::CrackJoint &) const;
   const std::array<int, 6> &partners(int d) const { return partner[d]; }
@@ -135,6 +137,21 @@ class DefeCracks : protected Pointers {
   struct End {
     defe::Vec3 dX[6], y[6];
   };
+  // of the DEs of joints that have been computed in this evaluation
+  struct KnownEnd {
+    End vectors;
+    defe::DERotation turn;
+    unsigned present;
+  };
+  std::vector<int> known_place;    // by DE; -1: not yet
+  std::vector<int> known_des;
+  std::vector<KnownEnd> known;
+  void know(int d);
+  defe::CrackEnd known_end(int d) const;
+
+  std::vector<defe::CrackBox> boxes;    // of DEs that are marked, see mark()
+  std::vector<defe::CrackStress> box_stress;
+  std::vector<int> boxed;
   double budget(int joint) const;    // what both ends let go for it
   defe::CrackEnd end(int d, End &) const;
   defe::GeneralCell cell(int d) const;

@@ -160,6 +160,7 @@ void PairDefeJoint::take_over_cracks()
     event(d, s, defe::EventKind::COHESIVE, cracks->take_over(ds, law));
   }
   cracks->end_take_over();
+  cracks->forget_ends();
 }
 
 /* ----------------------------------------------------------------------
@@ -175,7 +176,7 @@ void PairDefeJoint::crack_forces(int d, int s)
   JointSlot &slot = jt.rec[d]->slot[s];
   const Coeff &coeff = coeff_of(atom->type[jt.self[d]], atom->type[jt.nb[d][s]]);
   const auto r =
-      cracks->advance(6 * d + s, coeff.cohesive, with_contact ? coeff.friction : 0.0, dt);
+      cracks->advance(6 * d + s, law, coeff.cohesive, with_contact ? coeff.friction : 0.0, dt);
   const double stored = law.stored;
 
   auto &ledger = fix->ledger;

@@ -45,11 +45,15 @@ struct CrackGeometry {
   Vec3 a;    ///< area vector
 };
 
+struct DERotation;
+
 /// A DE as the joints around it see it: for its rotation.
 struct CrackEnd {
   const Vec3 *dX;      ///< [6] reference joint vectors
   const Vec3 *y;       ///< [6] current ones; also of joints that are no longer connective
   unsigned present;    ///< connective joints and ties
+  const DERotation *turn =
+      nullptr;    ///< de_rotation() of those present, if the caller has it already
 };
 
 /// Share of lattice_critical_step() that stays stable while cracks grow: a softening joint may be as stiff along its
