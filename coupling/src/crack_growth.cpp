@@ -211,13 +211,24 @@ void CrackGrowth::find_fronts(const CrackLattice &lattice)
   }
 }
 
-/// The crack between the two DEs of a cut joint goes on between their ties along another axis.
+/// The crack between the two DEs of a cut joint goes on between their ties along another axis; or through joints of
+/// one of them, where the ring is open at a tie of the other.
 void CrackGrowth::find_waiting(const CrackLattice &lattice, int joint)
 {
+  CrackRing arc;
   for (int end : {joint, lattice.other_end(joint)})
-    for (int s = 0; s < 6; ++s)
-      if (s / 2 != end % 6 / 2 && lattice.ties[end / 6] >> s & 1u && loud[end / 6])
-        waiting.push_back({joint, 6 * (end / 6) + s});
+    for (int s = 0; s < 6; ++s) {
+      if (s / 2 == end % 6 / 2 || lattice.partner[end / 6][s] >= 0) continue;
+      if (lattice.ties[end / 6] >> s & 1u && loud[end / 6])
+        waiting.push_back({joint, 6 * (end / 6) + s, {}});
+      // ties of ghosts are not known: the last DE may be mine and this one not
+      if (crack_ring(lattice, end / 6, end % 6, s, arc) || arc.open < 0 || arc.size < 2 ||
+          arc.cut(lattice) > 1 || !(lattice.ties[arc.open / 6] >> arc.open % 6 & 1u))
+        continue;
+      bool any_loud = loud[arc.open / 6];
+      for (int k = 1; k < arc.size; ++k) any_loud = any_loud || loud[arc.de[k]];
+      if (any_loud) waiting.push_back({joint, arc.open, arc});
+    }
 }
 
 // --- decisions --------------------------------------------------------------
@@ -417,17 +428,37 @@ void CrackGrowth::nuclei(const CrackLattice &lattice, const CrackGrowthParameter
   }
 }
 
+/// Tension across the crack, at the tie or a joint that is left between it and the crack.
+bool CrackGrowth::wants_to_enter(const CrackLattice &lattice, const CrackStrength &strength,
+                                 const Waiting &front, double share) const
+{
+  const int d = front.tie / 6;
+  const double limit = strength(d, d);
+  if (!std::isfinite(limit)) return false;
+  const Vec3 m = normal(front.crack);
+  const auto pulled = [&](const Mat3 &sum, double volume) {
+    return volume > 0.0 && m.dot(sum * m) >= share * limit * volume;
+  };
+  if (marked(d)) {
+    const CrackStress &s = stresses[place[d]];
+    if (pulled(crack_tensor(s.slot[front.tie % 6]), s.slot_volume[front.tie % 6])) return true;
+  }
+  for (int k = 1; k < front.arc.size; ++k) {    // 0: the cut one
+    const int joint = lattice.lower_end(front.arc.joint[k]), other = lattice.other_end(joint);
+    if (!marked(joint / 6) || !marked(other / 6)) continue;
+    const CrackStress &a = stresses[place[joint / 6]], &b = stresses[place[other / 6]];
+    if (pulled(crack_tensor(a.slot[joint % 6]) + crack_tensor(b.slot[other % 6]),
+               a.slot_volume[joint % 6] + b.slot_volume[other % 6]))
+      return true;
+  }
+  return false;
+}
+
 void CrackGrowth::enter(const CrackLattice &lattice, const CrackStrength &strength, double share)
 {
-  for (const auto &[crack, tie] : waiting) {
-    const int d = tie / 6;
-    const CrackStress &s = stresses[place[d]];
-    const double limit = strength(d, d);
-    if (d >= lattice.owned || !(s.slot_volume[tie % 6] > 0.0) || !std::isfinite(limit)) continue;
-    const Vec3 m = normal(crack);
-    if (m.dot(crack_tensor(s.slot[tie % 6]) * m) >= share * limit * s.slot_volume[tie % 6])
-      entries.push_back(tie);
-  }
+  for (const Waiting &front : waiting)
+    if (front.tie / 6 < lattice.owned && wants_to_enter(lattice, strength, front, share))
+      entries.push_back(front.tie);
   std::sort(entries.begin(), entries.end());
   entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
 }

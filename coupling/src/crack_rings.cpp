@@ -46,10 +46,14 @@ std::uint64_t crack_place_key(const Vec3 &place, double size)
 bool crack_ring(const CrackLattice &lattice, int de, int out, int back, CrackRing &ring)
 {
   ring.size = 0;
+  ring.open = -1;
   int at = de, leave = out, came = back;
   while (ring.size < CrackRing::most) {
     const int there = lattice.partner[at][leave];
-    if (there < 0) return false;
+    if (there < 0) {
+      ring.open = 6 * at + leave;
+      return false;
+    }
     ring.de[ring.size] = at;
     ring.joint[ring.size++] = 6 * at + leave;
     if (there / 6 == de) return there % 6 == back && ring.size > 2;

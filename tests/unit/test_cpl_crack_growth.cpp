@@ -6,7 +6,6 @@
 
 #include <Eigen/Eigenvalues>
 
-#include <numeric>
 #include <set>
 
 using namespace defe;
@@ -552,78 +551,6 @@ TEST(CrackGrowth, RanksDecideAlike)
     }
     EXPECT_EQ(starts_in_all, serial.size());    // no joint by both
     expect_same(serial, together);
-  }
-}
-
-// A crack in the converted half of a block, up to the elements: it asks for those that its plane enters,
-// once the stress there is reached.
-TEST(CrackGrowth, AFrontBeforeElementsAsksForThem)
-{
-  const Mesh mesh = box_mesh(4, 4, 4, h);
-  std::vector<char> converted;
-  for (int e = 0; e < 64; ++e) converted.push_back(e % 4 < 2);
-  Block block(mesh, converted, glass());
-  const int n = block.des();
-  std::vector<std::int64_t> id(n);
-  std::iota(id.begin(), id.end(), 1);
-  std::vector<std::array<double, 3>> X(n);
-  std::vector<std::array<int, 6>> partner(n);
-  std::vector<unsigned char> corner(n), ties(n), type(n, 0), state(6 * n, CrackLattice::INTACT);
-  std::vector<double> energy(n), quiet(n);
-  for (int i = 0; i < n; ++i) {
-    const auto &p = block.de[i];
-    X[i] = {p.birth.X[0], p.birth.X[1], p.birth.X[2]};
-    corner[i] = static_cast<unsigned char>(p.corner);
-    ties[i] = p.cell.tie;
-    for (int s = 0; s < 6; ++s)
-      partner[i][s] = p.present >> s & 1u && p.nb[s] >= 0 ? 6 * p.nb[s] + p.nb_slot[s] : -1;
-    quiet[i] =
-        crack_quiet_energy(p.birth.volume, block.moduli, law.sigma_t, CrackGrowth::quiet_share);
-  }
-  const CrackLattice l{n,
-                       n,
-                       id.data(),
-                       reinterpret_cast<const double(*)[3]>(X.data()),
-                       reinterpret_cast<const int(*)[6]>(partner.data()),
-                       corner.data(),
-                       state.data(),
-                       ties.data()};
-  CrackGrowth growth;
-  growth.reset(l);
-  for (int i = 0; i < n; ++i)
-    for (int s = 0; s < 6; ++s)
-      if (partner[i][s] >= 0 && std::abs(X[i][1]) < d && X[i][1] * X[partner[i][s] / 6][1] < 0.0)
-        state[6 * i + s] = CrackLattice::BROKEN;
-  for (int joint = 0; joint < 6 * n; ++joint)
-    if (l.cut(joint) && l.lower_end(joint) == joint) {
-      const double sign = l.vector(joint)[1] < 0.0 ? -1.0 : 1.0;
-      growth.add_crack(l, joint, {{0.0, sign, 0.0}, 0.5});
-    }
-  for (double share : {0.9, 1.1}) {
-    const double entry = CrackGrowthParameters().entry;
-    const Mat3 F =
-        strain_of(share * entry * law.sigma_t * Vec3::UnitY() * Vec3::UnitY().transpose());
-    std::vector<std::array<Vec3, 6>> y(n);
-    for (int i = 0; i < n; ++i) {
-      for (int s = 0; s < 6; ++s) y[i][s] = F * block.de[i].cell.dX[s];
-      Vec3 half[6];
-      energy[i] = corner_strain_general(block.de[i].cell, y[i].data(), block.de[i].present,
-                                        block.moduli, half);
-    }
-    std::vector<double> none(n, 0.0);    // all are looked at
-    for (int i : growth.mark(l, energy.data(), none.data()))
-      growth.stress(i) =
-          crack_stress(block.de[i].cell, y[i].data(), block.de[i].present, block.moduli);
-    std::vector<CrackStart> starts;
-    const double strength = law.sigma_t;
-    growth.decide(l, {type.data(), 1, &strength}, {}, starts);
-    std::set<int> asked;
-    for (int tie : growth.entered()) {
-      EXPECT_TRUE(ties[tie / 6] >> tie % 6 & 1u);
-      EXPECT_LT(std::abs(X[tie / 6][1]), d);
-      asked.insert(tie);
-    }
-    EXPECT_EQ(asked.size(), share < 1.0 ? 0u : 16u);    // both sides of the plane, eight DEs deep
   }
 }
 

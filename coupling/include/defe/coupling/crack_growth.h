@@ -26,7 +26,9 @@
 ///
 /// **Entry.** Where a ring is open because finite elements are in its way, the front waits before their faces. It
 /// asks for them once its DE is not quiet and m . S m, S of the corners at the tie, reaches `entry` sigma_t: they are
-/// to convert, whatever their own stress. Then the ring closes and the front goes on. `entry` is below 1 so that all
+/// to convert, whatever their own stress. In a lattice that is turned the crack may pass on the other side of the
+/// ring, and where it has come from nothing is stressed: then m . S m of the joints that are left of the ring counts, and
+/// of its last DE at the tie there. Then the ring closes and the front goes on. `entry` is below 1 so that all
 /// elements along a front have converted before it moves: where some had, fronts left their plane.
 ///
 /// All decisions come from the state at their beginning, sums are ordered by ID and a joint is decided upon by the
@@ -126,6 +128,7 @@ class CrackGrowth {
   };
   struct Waiting {    // a front before a tie
     int crack, tie;
+    CrackRing arc;    // joints that are left between the two; empty: the tie alone counts
   };
 
   std::unordered_map<int, CrackMemory> cracks;    // by lower end
@@ -145,6 +148,8 @@ class CrackGrowth {
   bool near_loud(const CrackLattice &, int joint, bool regular) const;
   void find_fronts(const CrackLattice &);
   void find_waiting(const CrackLattice &, int joint);
+  bool wants_to_enter(const CrackLattice &, const CrackStrength &, const Waiting &,
+                      double share) const;
   void enter(const CrackLattice &, const CrackStrength &, double share);
   void activate(int de);
   void find_hot(const CrackLattice &, const CrackStrength &);

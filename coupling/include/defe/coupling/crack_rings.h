@@ -63,6 +63,7 @@ struct CrackRing {
   int size = 0;
   int de[most];
   int joint[most];    ///< joint[k] leads from de[k] to the next one, the last back to de[0]
+  int open = -1;      ///< of an open ring: 6 * DE + slot where it ends, after joint[size - 1]
 
   int cut(const CrackLattice &lattice) const
   {
@@ -73,7 +74,8 @@ struct CrackRing {
 };
 
 /// The ring that leaves a DE through slot `out` and comes back through slot `back` (of another axis).
-/// \return whether there is one; it is closed, of 3 to CrackRing::most DEs
+/// \return whether there is one; it is closed, of 3 to CrackRing::most DEs. Else `ring` holds what there is up to
+///         the slot `open`, if that is known.
 bool crack_ring(const CrackLattice &lattice, int de, int out, int back, CrackRing &ring);
 
 }    // namespace defe

@@ -1,0 +1,95 @@
+// A crack in a notched strip whose lattice is turned, through LAMMPS: it goes straight on, and takes G_f per
+// area. Discrete elements from the start, and finite elements that convert before it. More orientations, and nodes
+// moved at random, are in verification/test_all_crack_paths.cpp.
+//
+// timeout: 240
+
+#include "crack_strip.h"
+
+using namespace defe::test;
+using defe::Mat3;
+using defe::Vec3;
+
+namespace {
+
+/// They are measured on one rank; that ranks do not matter is a test of its own.
+bool one_rank()
+{
+  return size_of(MPI_COMM_WORLD) == 1;
+}
+
+CrackStrip strip(const Mat3 &turn, double G_f, bool adaptive)
+{
+  CrackStrip s;
+  s.turn = turn;
+  s.G_f = G_f;
+  s.adaptive = adaptive;
+  return s;
+}
+
+}    // namespace
+
+TEST(CrackPaths, DiscreteElements)
+{
+  if (!one_rank()) GTEST_SKIP() << "measured on one rank";
+  expect_straight("22.5", strip(turned(22.5), 10.0, false));
+  expect_straight("45, G_f 50", strip(turned(45), 50.0, false));
+  CrackStrip tilted = strip(turned(22.5, 22.5), 10.0, false);
+  tilted.thickness = 10.0;
+  expect_straight("22.5 and 22.5", tilted);
+}
+
+// A crack that passes an element on its corner asks for it, too: at 45 degrees it stopped for good there once.
+TEST(CrackPaths, ElementsThatConvert)
+{
+  if (!one_rank()) GTEST_SKIP() << "measured on one rank";
+  expect_straight("45, G_f 50", strip(turned(45), 50.0, true));
+  CrackStrip moved = strip(turned(30), 10.0, true);
+  moved.moved = 0.15;
+  expect_straight("30, nodes moved", moved);
+}
+
+// All that happens, on any number of ranks and over a restart.
+TEST(CrackPaths, SameOnAnyRanksAndOverARestart)
+{
+  constexpr int middle = 900, end = 1100;
+  CrackStrip s = strip(turned(30), 10.0, true);
+  s.options = "reproducible yes";
+  const MeshFile mesh = mesh_of(s);
+  s.name = "one";
+  on_one_rank([&] {
+    Lammps lmp(MPI_COMM_SELF);
+    prepare(lmp, s, mesh, MPI_COMM_SELF);
+    lmp.run(end - 40);
+    return Particles();
+  });
+  s.name = "all";
+  {
+    Lammps lmp;
+    prepare(lmp, s, mesh, MPI_COMM_WORLD);
+    lmp.run(middle - 40);
+    lmp.command("write_restart all.restart");
+  }
+  {
+    Lammps lmp;
+    lmp.commands(header_of(s) + "read_restart all.restart\n" + fix_of(s) + motion_of(s));
+    lmp.run(end - middle);
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  const auto one = read_events("one.txt"), all = read_events("all.txt");
+  ASSERT_EQ(one.size(), all.size());
+  int late = 0;
+  for (size_t k = 0; k < one.size(); k++) {
+    const Event &e = one[k], &f = all[k];
+    EXPECT_EQ(e.step, f.step);
+    EXPECT_EQ(e.what, f.what);
+    EXPECT_EQ(e.a, f.a);
+    EXPECT_EQ(e.b, f.b);
+    EXPECT_EQ(Vec3(e.x), Vec3(f.x));
+    EXPECT_EQ(Vec3(e.n), Vec3(f.n));
+    EXPECT_EQ(e.value, f.value);
+    late += e.step > middle;
+  }
+  EXPECT_GT(late, 50) << "a poor example";
+  EXPECT_LT(late, static_cast<int>(one.size()) - 50) << "a poor example";
+}

@@ -1,0 +1,151 @@
+// Cracks that come to finite elements: which ones they ask for.
+
+#include "crack_body.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include <memory>
+
+using namespace defe;
+using namespace defe::test;
+
+namespace {
+
+constexpr double h = 2e-3, d = 1e-3;
+const CohesiveParameters law{60e6, 10.0, 0.1, false};
+
+Mat3 strain_of(const Mat3 &S)
+{
+  const fe::IsotropicElastic g = glass();
+  const Mat3 E = ((1.0 + g.nu) * S - g.nu * S.trace() * Mat3::Identity()) / g.E;
+  // F^T F = I + 2 E
+  return Eigen::SelfAdjointEigenSolver<Mat3>(Mat3::Identity() + 2.0 * E).operatorSqrt();
+}
+
+/// A block of which some elements have converted.
+class Partly {
+ public:
+  explicit Partly(const std::function<bool(int, int)> &is_converted)
+  {
+    const Mesh mesh = box_mesh(4, 4, 4, h);
+    std::vector<char> converted;
+    for (int e = 0; e < 64; ++e) converted.push_back(is_converted(e % 4, e / 4 % 4));
+    block = std::make_unique<Block>(mesh, converted, glass());
+    n = block->des();
+    type.assign(n, 0);
+    state.assign(6 * n, CrackLattice::INTACT);
+    for (int i = 0; i < n; ++i) {
+      const auto &p = block->de[i];
+      id.push_back(1 + i);
+      X.push_back({p.birth.X[0], p.birth.X[1], p.birth.X[2]});
+      corner.push_back(static_cast<unsigned char>(p.corner));
+      ties.push_back(p.cell.tie);
+      partner.emplace_back();
+      for (int s = 0; s < 6; ++s)
+        partner[i][s] = p.present >> s & 1u && p.nb[s] >= 0 ? 6 * p.nb[s] + p.nb_slot[s] : -1;
+    }
+  }
+
+  CrackLattice lattice() const
+  {
+    return {n,
+            n,
+            id.data(),
+            reinterpret_cast<const double(*)[3]>(X.data()),
+            reinterpret_cast<const int(*)[6]>(partner.data()),
+            corner.data(),
+            state.data(),
+            ties.data()};
+  }
+
+  /// Cuts the joints along y of these DEs that cross the plane y = level.
+  void cut(double level, const std::function<bool(const Vec3 &)> &where)
+  {
+    for (int i = 0; i < n; ++i)
+      for (int s = 0; s < 6; ++s) {
+        const int there = partner[i][s];
+        if (there < 0 || (X[i][1] < level) == (X[there / 6][1] < level) ||
+            !where(Vec3(X[i].data())))
+          continue;
+        state[6 * i + s] = CrackLattice::BROKEN;
+      }
+  }
+
+  /// Ties that fronts ask for in a tension along y, with nothing at DEs that are unloaded.
+  std::vector<int> asked(double tension, const std::function<bool(const Vec3 &)> &unloaded)
+  {
+    const CrackLattice l = lattice();
+    CrackGrowth growth;
+    growth.reset(l);
+    for (int joint = 0; joint < 6 * n; ++joint)
+      if (l.cut(joint) && l.lower_end(joint) == joint)
+        growth.add_crack(l, joint, {{0.0, l.vector(joint)[1] < 0.0 ? -1.0 : 1.0, 0.0}, 0.5});
+    const Mat3 F = strain_of(tension * Vec3::UnitY() * Vec3::UnitY().transpose());
+    const std::vector<double> all_loud(n, 1.0), quiet(n, 0.0);
+    for (int i : growth.mark(l, all_loud.data(), quiet.data())) {
+      Vec3 y[6];
+      for (int s = 0; s < 6; ++s)
+        y[s] = unloaded(Vec3(X[i].data())) ? block->de[i].cell.dX[s]
+                                           : Vec3(F * block->de[i].cell.dX[s]);
+      growth.stress(i) = crack_stress(block->de[i].cell, y, block->de[i].present, block->moduli);
+    }
+    std::vector<CrackStart> starts;
+    growth.decide(l, {type.data(), 1, &law.sigma_t}, {}, starts);
+    for (int tie : growth.entered()) EXPECT_TRUE(ties[tie / 6] >> tie % 6 & 1u);
+    return growth.entered();
+  }
+
+  std::vector<std::array<double, 3>> X;
+
+ private:
+  std::unique_ptr<Block> block;
+  int n;
+  std::vector<std::int64_t> id;
+  std::vector<std::array<int, 6>> partner;
+  std::vector<unsigned char> corner, ties, type, state;
+};
+
+const double entry_stress = CrackGrowthParameters().entry * law.sigma_t;
+
+}    // namespace
+
+// A crack whose front stands before finite elements asks for them.
+TEST(CrackGrowth, FrontsAskForElements)
+{
+  Partly body([](int i, int) {
+    return i < 2;
+  });
+  const auto nothing = [](const Vec3 &) {
+    return false;
+  };
+  body.cut(0.0, [](const Vec3 &) {
+    return true;
+  });
+  EXPECT_TRUE(body.asked(0.9 * entry_stress, nothing).empty());
+  const auto asked = body.asked(1.1 * entry_stress, nothing);
+  EXPECT_EQ(asked.size(), 16u);    // both sides of the plane, eight DEs deep
+  for (int tie : asked) EXPECT_LT(std::abs(body.X[tie / 6][1]), d);
+}
+
+// Where it passes below an element, what is behind the crack is unloaded: the joints ahead ask.
+TEST(CrackGrowth, FrontsAskForElementsBesideTheirWay)
+{
+  Partly body([](int i, int j) {
+    return i != 2 || j != 2;
+  });
+  const auto above = [](const Vec3 &X) {    // and left of the element
+    return X[0] < 0.0 && X[1] > 0.0;
+  };
+  body.cut(0.0, [](const Vec3 &X) {
+    return X[0] < 0.0;
+  });
+  EXPECT_TRUE(body.asked(0.9 * entry_stress, above).empty());
+  const auto asked = body.asked(1.1 * entry_stress, above);
+  EXPECT_EQ(asked.size(), 8u);    // of the DEs below the element, next to the crack
+  for (int tie : asked) {
+    EXPECT_NEAR(body.X[tie / 6][0], 0.5 * d, 1e-9 * d);
+    EXPECT_NEAR(body.X[tie / 6][1], -0.5 * d, 1e-9 * d);
+  }
+}
