@@ -91,12 +91,13 @@ namespace {
 void CrackGrowth::reset(const CrackLattice &lattice)
 {
   cracks.clear();
-  crack_list.clear();
-  sorted = true;
+  live.clear();
+  changed = false;
   place.assign(lattice.n, -1);
   loud.assign(lattice.n, 0);
   loud_list.clear();
   active.clear();
+  close.clear();
   fronts.clear();
   waiting.clear();
 }
@@ -104,27 +105,31 @@ void CrackGrowth::reset(const CrackLattice &lattice)
 void CrackGrowth::add_crack(const CrackLattice &lattice, int joint, const CrackMemory &memory)
 {
   const int lower = lattice.lower_end(joint);
-  bool regular = true;
-  CrackRing ring;
-  for (int t = 0; t < 6; ++t)
-    if (t / 2 != lower % 6 / 2 && crack_ring(lattice, lower / 6, lower % 6, t, ring))
-      regular = regular && ring.size <= 4;
-  if (cracks.insert_or_assign(lower, memory).second) crack_list.push_back({lower, regular});
-  sorted = false;
+  cracks[lower].memory = memory;
+  joint_changes(lattice, lower);
 }
 
 void CrackGrowth::remove_crack(const CrackLattice &lattice, int joint)
 {
   const int lower = lattice.lower_end(joint);
-  if (cracks.erase(lower) == 0) return;
-  crack_list.erase(std::find_if(crack_list.begin(), crack_list.end(), [&](const Listed &c) {
-    return c.joint == lower;
-  }));
+  joint_changes(lattice, lower);
+  cracks.erase(lower);
+}
+
+/// Rings of up to four DEs are found again for all cracks that may share one with it.
+void CrackGrowth::joint_changes(const CrackLattice &lattice, int joint)
+{
+  changed = true;
+  all_around(lattice, joint, [&](int other) {
+    const auto crack = cracks.find(other);
+    if (crack != cracks.end()) crack->second.stale = true;
+    return true;
+  });
 }
 
 Vec3 CrackGrowth::crack_point(const CrackLattice &lattice, int joint) const
 {
-  return Vec3(lattice.X[joint / 6]) + cracks.at(joint).f * lattice.vector(joint);
+  return Vec3(lattice.X[joint / 6]) + cracks.at(joint).memory.f * lattice.vector(joint);
 }
 
 // --- which DEs are looked at ------------------------------------------------
@@ -145,6 +150,7 @@ const std::vector<int> &CrackGrowth::mark(const CrackLattice &lattice, const dou
   for (int d : loud_list) loud[d] = 0;
   active.clear();
   loud_list.clear();
+  close.clear();
   fronts.clear();
   waiting.clear();
   for (int d = 0; d < lattice.n; ++d)
@@ -154,12 +160,30 @@ const std::vector<int> &CrackGrowth::mark(const CrackLattice &lattice, const dou
     }
   if (loud_list.empty()) return active;
 
-  for (int d : loud_list) {
-    activate(d);
-    for (int s = 0; s < 6; ++s)
-      if (lattice.partner[d][s] >= 0) activate(lattice.partner[d][s] / 6);
-  }
+  // A joint's corners are half of either DE, in distorted cells 0.7 of that: the sum of both says more than each alone.
+  constexpr double least_share = 0.7;
+  for (int d : loud_list)
+    for (int s = 0; s < 6; ++s) {
+      const int joint = 6 * d + s, other = lattice.partner[d][s];
+      if (other < 0 || lattice.cut(joint)) continue;
+      const int e = other / 6, lower = lattice.lower_end(joint);
+      if (energy[d] + energy[e] < least_share * (quiet[d] + quiet[e])) continue;
+      if (lower != joint && loud[e]) continue;    // the other end says so
+      activate(d);
+      activate(e);
+      close.push_back(lower);
+    }
   find_fronts(lattice);
+  for (const Waiting &front : waiting) {
+    const auto look = [&](int d) {
+      bool near = loud[d];
+      for (int s = 0; s < 6; ++s)
+        near = near || (lattice.partner[d][s] >= 0 && loud[lattice.partner[d][s] / 6]);
+      if (near) activate(d);
+    };
+    look(front.tie / 6);
+    for (int k = 1; k < front.arc.size; ++k) look(front.arc.de[k]);
+  }
   for (const CrackRing &ring : fronts)
     for (int k = 0; k < ring.size; ++k) {
       const int d = ring.de[k];
@@ -173,62 +197,76 @@ const std::vector<int> &CrackGrowth::mark(const CrackLattice &lattice, const dou
   return active;
 }
 
-/// Whether a ring of the joint may hold a loud DE: rings of four are the two DEs and neighbours of them.
-bool CrackGrowth::near_loud(const CrackLattice &lattice, int joint, bool regular) const
+/// Rings with an odd number of cut joints, each once: from its first cut joint; and where it waits before ties.
+void CrackGrowth::find_rings(const CrackLattice &lattice, int joint, Crack &crack) const
 {
-  if (!regular) return true;
-  for (int end : {joint, lattice.other_end(joint)}) {
-    if (loud[end / 6]) return true;
-    for (int s = 0; s < 6; ++s)
-      if (lattice.partner[end / 6][s] >= 0 && loud[lattice.partner[end / 6][s] / 6]) return true;
-  }
-  return false;
-}
-
-/// Rings with an odd number of cut joints and a loud DE, each once: from its first cut joint.
-void CrackGrowth::find_fronts(const CrackLattice &lattice)
-{
-  if (!sorted)
-    std::sort(crack_list.begin(), crack_list.end(), [&](const Listed &a, const Listed &b) {
-      return ids(lattice, a.joint) < ids(lattice, b.joint);
-    });
-  sorted = true;
+  crack.odd.clear();
+  crack.before_ties.clear();
+  crack.stale = false;
   CrackRing ring;
-  for (const auto &[joint, regular] : crack_list) {
-    if (!near_loud(lattice, joint, regular)) continue;
-    if (lattice.ties) find_waiting(lattice, joint);
-    for (int t = 0; t < 6; ++t) {
-      if (t / 2 == joint % 6 / 2 || !crack_ring(lattice, joint / 6, joint % 6, t, ring)) continue;
-      if (ring.cut(lattice) % 2 == 0) continue;
-      bool first = true, any_loud = false;
-      for (int k = 0; k < ring.size; ++k) {
-        const int other = lattice.lower_end(ring.joint[k]);
-        if (lattice.cut(other) && ids(lattice, other) < ids(lattice, joint)) first = false;
-        any_loud = any_loud || loud[ring.de[k]];
-      }
-      if (first && any_loud) fronts.push_back(ring);
+  for (int t = 0; t < 6; ++t) {
+    if (t / 2 == joint % 6 / 2) continue;
+    const bool closed = crack_ring(lattice, joint / 6, joint % 6, t, ring);
+    // around an edge of more than four elements: found again whenever any joint changes
+    if (ring.size > 4) crack.stale = true;
+    if (!closed) continue;
+    if (ring.cut(lattice) % 2 == 0) continue;
+    bool first = true;
+    for (int k = 0; k < ring.size; ++k) {
+      const int other = lattice.lower_end(ring.joint[k]);
+      if (lattice.cut(other) && ids(lattice, other) < ids(lattice, joint)) first = false;
     }
+    if (first) crack.odd.push_back(ring);
   }
+  if (lattice.ties) find_waiting(lattice, joint, crack);
 }
 
 /// The crack between the two DEs of a cut joint goes on between their ties along another axis; or through joints of
 /// one of them, where the ring is open at a tie of the other.
-void CrackGrowth::find_waiting(const CrackLattice &lattice, int joint)
+void CrackGrowth::find_waiting(const CrackLattice &lattice, int joint, Crack &crack) const
 {
   CrackRing arc;
   for (int end : {joint, lattice.other_end(joint)})
     for (int s = 0; s < 6; ++s) {
       if (s / 2 == end % 6 / 2 || lattice.partner[end / 6][s] >= 0) continue;
-      if (lattice.ties[end / 6] >> s & 1u && loud[end / 6])
-        waiting.push_back({joint, 6 * (end / 6) + s, {}});
+      if (lattice.ties[end / 6] >> s & 1u)
+        crack.before_ties.push_back({joint, 6 * (end / 6) + s, {}});
       // ties of ghosts are not known: the last DE may be mine and this one not
-      if (crack_ring(lattice, end / 6, end % 6, s, arc) || arc.open < 0 || arc.size < 2 ||
-          arc.cut(lattice) > 1 || !(lattice.ties[arc.open / 6] >> arc.open % 6 & 1u))
+      const bool closed = crack_ring(lattice, end / 6, end % 6, s, arc);
+      if (arc.size > 4) crack.stale = true;
+      if (closed || arc.open < 0 || arc.size < 2 || arc.cut(lattice) > 1 ||
+          !(lattice.ties[arc.open / 6] >> arc.open % 6 & 1u))
         continue;
-      bool any_loud = loud[arc.open / 6];
-      for (int k = 1; k < arc.size; ++k) any_loud = any_loud || loud[arc.de[k]];
-      if (any_loud) waiting.push_back({joint, arc.open, arc});
+      crack.before_ties.push_back({joint, arc.open, arc});
     }
+}
+
+/// Those with a loud DE, in the order of IDs.
+void CrackGrowth::find_fronts(const CrackLattice &lattice)
+{
+  if (changed) {
+    live.clear();
+    for (auto &[joint, crack] : cracks) {
+      if (crack.stale) find_rings(lattice, joint, crack);
+      if (!crack.odd.empty() || !crack.before_ties.empty()) live.emplace_back(joint, &crack);
+    }
+    std::sort(live.begin(), live.end(), [&](const auto &a, const auto &b) {
+      return ids(lattice, a.first) < ids(lattice, b.first);
+    });
+  }
+  changed = false;
+  for (const auto &[joint, crack] : live) {
+    for (const Waiting &front : crack->before_ties) {
+      bool any_loud = loud[front.tie / 6];
+      for (int k = 1; k < front.arc.size; ++k) any_loud = any_loud || loud[front.arc.de[k]];
+      if (any_loud) waiting.push_back(front);
+    }
+    for (const CrackRing &ring : crack->odd) {
+      bool any_loud = false;
+      for (int k = 0; k < ring.size; ++k) any_loud = any_loud || loud[ring.de[k]];
+      if (any_loud) fronts.push_back(ring);
+    }
+  }
 }
 
 // --- decisions --------------------------------------------------------------
@@ -237,22 +275,19 @@ void CrackGrowth::find_hot(const CrackLattice &lattice, const CrackStrength &str
 {
   hot.clear();
   hot_of.assign(6 * active.size(), -1);
-  for (int d : active)
-    for (int s = 0; s < 6; ++s) {
-      const int joint = 6 * d + s, other = lattice.partner[d][s];
-      if (other < 0 || lattice.cut(joint) || lattice.lower_end(joint) != joint) continue;
-      if (!marked(other / 6)) continue;    // both are quiet
-      const double limit = strength(d, other / 6);
-      const CrackStress &a = stresses[place[d]], &b = stresses[place[other / 6]];
-      const double volume = a.slot_volume[s] + b.slot_volume[other % 6];
-      if (!(volume > 0.0) || !std::isfinite(limit)) continue;
-      const Mat3 S = (crack_tensor(a.slot[s]) + crack_tensor(b.slot[other % 6])) / volume;
-      if (largest_principal_bound(S) < 0.98 * limit) continue;
-      const Principal p = largest_principal(S);
-      if (p.value < 0.98 * limit) continue;
-      hot_of[6 * place[d] + s] = static_cast<int>(hot.size());
-      hot.push_back({joint, p.value / limit, p.direction, S / limit});
-    }
+  for (int joint : close) {
+    const int d = joint / 6, s = joint % 6, other = lattice.partner[d][s];
+    const double limit = strength(d, other / 6);
+    const CrackStress &a = stresses[place[d]], &b = stresses[place[other / 6]];
+    const double volume = a.slot_volume[s] + b.slot_volume[other % 6];
+    if (!(volume > 0.0) || !std::isfinite(limit)) continue;
+    const Mat3 S = (crack_tensor(a.slot[s]) + crack_tensor(b.slot[other % 6])) / volume;
+    if (largest_principal_bound(S) < 0.98 * limit) continue;
+    const Principal p = largest_principal(S);
+    if (p.value < 0.98 * limit) continue;
+    hot_of[6 * place[d] + s] = static_cast<int>(hot.size());
+    hot.push_back({joint, p.value / limit, p.direction, S / limit});
+  }
 }
 
 const CrackGrowth::Hot *CrackGrowth::hot_joint(const CrackLattice &lattice, int joint) const

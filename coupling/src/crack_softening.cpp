@@ -114,38 +114,52 @@ namespace {
     return x;
   }
 
-  /// Eigenvector of a simple eigenvalue: a column of the adjugate of N - x I, which is a multiple of v v^T; that of w unless
-  /// it is short, i.e. the rotation by more than 120 degrees, then the largest one.
+  /// Column c of the adjugate of a 4 x 4 matrix, by minors.
+  Eigen::Vector4d adjugate_column(const Eigen::Matrix4d &N, int c)
+  {
+    Eigen::Vector4d v;
+    for (int r = 0; r < 4; ++r) {
+      Mat3 minor;
+      for (int i = 0, p = 0; i < 4; ++i) {
+        if (i == c) continue;
+        for (int j = 0, q = 0; j < 4; ++j)
+          if (j != r) minor(p, q++) = N(i, j);
+        ++p;
+      }
+      v[r] = ((r + c) % 2 ? -1.0 : 1.0) * minor.determinant();
+    }
+    return v;
+  }
+
+  /// Eigenvector (w x y z) of a simple eigenvalue: any column of the adjugate of N - x I, which is a multiple of v v^T. With
+  /// N - x I = [n a^T; a B] that of w is (det B, -adj(B) a); only if it is short, i.e. the rotation by more than 120
+  /// degrees, the others are needed.
   Eigen::Vector4d horn_eigenvector(const Mat3 &A, double x)
   {
-    Eigen::Matrix4d N;
-    N(0, 0) = A.trace();
-    const Vec3 axial(A(2, 1) - A(1, 2), A(0, 2) - A(2, 0), A(1, 0) - A(0, 1));
-    N.block<3, 1>(1, 0) = axial;
-    N.block<1, 3>(0, 1) = axial.transpose();
-    N.block<3, 3>(1, 1) = A + A.transpose() - A.trace() * Mat3::Identity();
-    N.diagonal().array() -= x;
-    const auto column = [&](int c) {
-      Eigen::Vector4d v;
-      for (int r = 0; r < 4; ++r) {
-        Mat3 minor;
-        for (int i = 0, p = 0; i < 4; ++i) {
-          if (i == c) continue;
-          for (int j = 0, q = 0; j < 4; ++j)
-            if (j != r) minor(p, q++) = N(i, j);
-          ++p;
-        }
-        v[r] = ((r + c) % 2 ? -1.0 : 1.0) * minor.determinant();
-      }
-      return v;
-    };
-    Eigen::Vector4d largest = column(0);
-    if (largest[0] * largest[0] < 0.25 * largest.squaredNorm())
+    const Vec3 a(A(2, 1) - A(1, 2), A(0, 2) - A(2, 0), A(1, 0) - A(0, 1));
+    Mat3 B = A + A.transpose();
+    B.diagonal().array() -= A.trace() + x;
+    const double xx = B(1, 1) * B(2, 2) - B(1, 2) * B(1, 2),
+                 xy = B(0, 2) * B(1, 2) - B(0, 1) * B(2, 2),
+                 xz = B(0, 1) * B(1, 2) - B(0, 2) * B(1, 1),
+                 yy = B(0, 0) * B(2, 2) - B(0, 2) * B(0, 2),
+                 yz = B(0, 1) * B(0, 2) - B(0, 0) * B(1, 2),
+                 zz = B(0, 0) * B(1, 1) - B(0, 1) * B(0, 1);
+    Eigen::Vector4d v(B(0, 0) * xx + B(0, 1) * xy + B(0, 2) * xz,
+                      -(xx * a[0] + xy * a[1] + xz * a[2]), -(xy * a[0] + yy * a[1] + yz * a[2]),
+                      -(xz * a[0] + yz * a[1] + zz * a[2]));
+    if (v[0] * v[0] < 0.25 * v.squaredNorm()) {
+      Eigen::Matrix4d N;
+      N(0, 0) = A.trace() - x;
+      N.block<3, 1>(1, 0) = a;
+      N.block<1, 3>(0, 1) = a;
+      N.block<3, 3>(1, 1) = B;
       for (int c = 1; c < 4; ++c) {
-        const Eigen::Vector4d v = column(c);
-        if (v.squaredNorm() > largest.squaredNorm()) largest = v;
+        const Eigen::Vector4d other = adjugate_column(N, c);
+        if (other.squaredNorm() > v.squaredNorm()) v = other;
       }
-    return largest.normalized();
+    }
+    return v.normalized();
   }
 
 }    // namespace

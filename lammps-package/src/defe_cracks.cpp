@@ -347,12 +347,12 @@ defe::CrackForces DefeCracks::look(int joint, const defe::CohesiveParameters &pa
                             Vec3::Zero(), moduli[jt.material[joint / 6]], par);
 }
 
-bool DefeCracks::rests(defe::CrackJoint &law, double dt)
+bool DefeCracks::rests(signed char &plane, double dt)
 {
   // before a run what rested in the last step rests still
 
-  if (!law.broken || law.rest <= (dt > 0.0 ? 1 : 0)) return false;
-  if (dt > 0.0) law.rest--;
+  if (plane <= (dt > 0.0 ? 2 : 1)) return false;
+  if (dt > 0.0) plane--;
   return true;
 }
 
@@ -363,7 +363,6 @@ defe::CrackForces DefeCracks::advance(int joint, defe::CrackJoint &law,
   const int there = other_end(joint);
   const int i = jt.self[joint / 6], j = jt.self[there / 6];
   const Vec3 y = Vec3(atom->x[j]) - Vec3(atom->x[i]);
-  law.rest = 0;
 
   // far apart, whatever the rotation
 
@@ -380,7 +379,6 @@ defe::CrackForces DefeCracks::advance(int joint, defe::CrackJoint &law,
   const Vec3 spin = 0.5 * dt * (Vec3(atom->omega[i]) + Vec3(atom->omega[j]));
   const auto out = defe::crack_update(law, g, known_end(joint / 6), known_end(there / 6), y, spin,
                                       moduli[jt.material[joint / 6]], par, friction);
-  if (law.broken && !out.apart) let_rest(joint, law, dt);
   return out;
 }
 
@@ -389,11 +387,11 @@ defe::CrackForces DefeCracks::advance(int joint, defe::CrackJoint &law,
    around it does not move four times as fast as now, against each other.
 ------------------------------------------------------------------------- */
 
-void DefeCracks::let_rest(int joint, defe::CrackJoint &law, double dt) const
+signed char DefeCracks::resting(int joint, const defe::CrackJoint &law, double dt) const
 {
   constexpr int longest = 20;
   const double gap = Vec3(law.e).dot(Vec3(law.m));
-  if (!(gap > 0.0) || !(dt > 0.0)) return;
+  if (!(gap > 0.0) || !(dt > 0.0)) return 1;
   const int there = other_end(joint) / 6;
   const auto v = [this](int d) {
     return Vec3(atom->v[jt.self[d]]);
@@ -410,11 +408,11 @@ void DefeCracks::let_rest(int joint, defe::CrackJoint &law, double dt) const
     }
     held = held && arms > 1;
   }
-  if (!held) return;    // it turns with the spins, step by step
+  if (!held) return 1;    // it turns with the spins, step by step
   const double closing =
       (v(there) - v(joint / 6)).norm() + 2.0 * turning * geometry(joint).d.norm();
   const double steps = MIN(static_cast<double>(longest), 0.25 * gap / (closing * dt));
-  if (steps >= 1.0) law.rest = static_cast<unsigned char>(1.0 + steps);
+  return static_cast<signed char>(steps >= 1.0 ? 2.0 + steps : 1.0);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -591,7 +589,9 @@ void DefeCracks::end_of_step()
 {
   for (int joint : cutting) {
     const int there = other_end(joint);
-    if (there >= 0) state[joint] = state[there] = defe::CrackLattice::SOFTENING;
+    if (there < 0) continue;
+    state[joint] = state[there] = defe::CrackLattice::SOFTENING;
+    growth.joint_changes(lattice(), joint);
   }
   cutting.clear();
   for (int joint : parting) {

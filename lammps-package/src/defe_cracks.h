@@ -58,8 +58,10 @@ class DefeCracks : protected Pointers {
   /** Before the joints of an evaluation are computed. */
   void forget_ends();
 
-  /** Whether the plane of a broken joint is open for this step, by what advance() has found before. */
-  static bool rests(defe::CrackJoint &, double dt);
+  /** JointSlot::plane of a broken joint that has just been computed. */
+  signed char resting(int joint, const defe::CrackJoint &, double dt) const;
+  /** Whether the plane of a broken joint is open for this step, by what resting() has found before. */
+  static bool rests(signed char &plane, double dt);
   /** \param friction  of a broken plane; \param dt  0 before a run */
   defe::CrackForces advance(int joint, defe::CrackJoint &, const defe::CohesiveParameters &,
                             double friction, double dt);
@@ -156,7 +158,6 @@ class DefeCracks : protected Pointers {
   defe::CrackEnd end(int d, End &) const;
   defe::GeneralCell cell(int d) const;
   defe::Mat3 axes(int d) const;
-  void let_rest(int joint, defe::CrackJoint &, double dt) const;
   void arms(int d, defe::Vec3 y[6]) const;
   defe::CrackGeometry geometry(int joint) const;
   void find_partners_of_ghosts();

@@ -19,7 +19,7 @@
 namespace LAMMPS_NS {
 
 /** Of restart files; another one whenever what DEFE writes into them changes. */
-constexpr char RESTART_FORMAT[8] = "DEFE 10";
+constexpr char RESTART_FORMAT[8] = "DEFE 11";
 
 /** What travels with an element: it is kept by the atom that is its first node. */
 struct HexPod {
@@ -77,8 +77,10 @@ struct JointSlot {
   signed char corner;     // corner of the other element at the common node
   signed char pending;    // 1: becomes cohesive in the next step, 2: did so in this one
   signed char part;       // TIE: part of the element
-  signed char plane;      // CONTACT: 1 while the two are pressed along the plane of their crack
-  signed char asks;       // TIE: 1: a crack wants to go on in the element, which is to convert
+  // CONTACT: > 0 while the two are pressed along the plane of their crack; at the lower end 1 + the evaluations in
+  // which it need not be looked at
+  signed char plane;
+  signed char asks;    // TIE: 1: a crack wants to go on in the element, which is to convert
 };
 
 /** What a joint that a crack cuts by its own plane remembers; kept by the DE of the lower ID. Plain data. */

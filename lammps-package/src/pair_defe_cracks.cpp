@@ -170,10 +170,10 @@ void PairDefeJoint::take_over_cracks()
 void PairDefeJoint::crack_forces(int d, int s)
 {
   auto &jt = fix->jt;
-  defe::CrackJoint &law = cracks->find(6 * d + s)->law;
   const double dt = update->setupflag ? 0.0 : update->dt;
-  if (DefeCracks::rests(law, dt)) return;
   JointSlot &slot = jt.rec[d]->slot[s];
+  if (DefeCracks::rests(slot.plane, dt)) return;
+  defe::CrackJoint &law = cracks->find(6 * d + s)->law;
   const Coeff &coeff = coeff_of(atom->type[jt.self[d]], atom->type[jt.nb[d][s]]);
   const auto r =
       cracks->advance(6 * d + s, law, coeff.cohesive, with_contact ? coeff.friction : 0.0, dt);
@@ -193,10 +193,12 @@ void PairDefeJoint::crack_forces(int d, int s)
     close_plane(d, s);
     event(d, s, defe::EventKind::BROKEN, 1.0);
   }
-  if (r.apart)
+  if (r.apart) {
     part_crack(d, s);
-  else
-    apply_crack(d, s, r);
+    return;
+  }
+  if (slot.plane) slot.plane = cracks->resting(6 * d + s, law, dt);
+  apply_crack(d, s, r);
 }
 
 /* ----------------------------------------------------------------------

@@ -91,8 +91,11 @@ class CrackGrowth {
   void add_crack(const CrackLattice &lattice, int joint, const CrackMemory &memory);
   /// One that is no joint any more; before it loses its partner in the lattice.
   void remove_crack(const CrackLattice &lattice, int joint);
+  /// A joint was cut by another law, or has lost its partner: for add_crack() and remove_crack() this is known.
+  void joint_changes(const CrackLattice &lattice, int joint);
 
-  /// Finds DEs whose corner stresses decide(): those that are not quiet, their neighbours, and what fronts beside them average over.
+  /// Finds DEs whose corner stresses decide(): those with an intact joint that is not quiet, what fronts beside loud DEs
+  /// average over, and those before ties.
   /// \param energy, quiet  [n] strain energy of DEs, ghosts as well; crack_quiet_energy (of the least sigma_t)
   /// \return the marked ones, own and ghosts, ascending
   const std::vector<int> &mark(const CrackLattice &lattice, const double *energy,
@@ -122,18 +125,21 @@ class CrackGrowth {
     Vec3 m;
     double below, above;
   };
-  struct Listed {
-    int joint;       // lower end
-    bool regular;    // all its rings have four DEs at most
-  };
   struct Waiting {    // a front before a tie
     int crack, tie;
     CrackRing arc;    // joints that are left between the two; empty: the tie alone counts
   };
+  struct Crack {
+    CrackMemory memory;
+    bool stale = true;    // the rings must be found again
+    std::vector<CrackRing> odd;
+    std::vector<Waiting> before_ties;
+  };
 
-  std::unordered_map<int, CrackMemory> cracks;    // by lower end
-  std::vector<Listed> crack_list;                 // in the order of IDs
-  bool sorted = true;
+  std::unordered_map<int, Crack> cracks;              // by lower end
+  std::vector<std::pair<int, const Crack *>> live;    // those with a front, in the order of IDs
+  bool changed = false;
+  std::vector<int> close;    // joints whose energy is enough for their strength, by lower end
   std::vector<int> place;    // [n] index into stresses, or < 0
   std::vector<unsigned char> loud;
   std::vector<int> loud_list, active;
@@ -145,9 +151,9 @@ class CrackGrowth {
   std::vector<int> hot_of;    // [6 * active] by lower end
   std::vector<Vote> votes;
 
-  bool near_loud(const CrackLattice &, int joint, bool regular) const;
+  void find_rings(const CrackLattice &, int joint, Crack &) const;
+  void find_waiting(const CrackLattice &, int joint, Crack &) const;
   void find_fronts(const CrackLattice &);
-  void find_waiting(const CrackLattice &, int joint);
   bool wants_to_enter(const CrackLattice &, const CrackStrength &, const Waiting &,
                       double share) const;
   void enter(const CrackLattice &, const CrackStrength &, double share);
@@ -155,7 +161,7 @@ class CrackGrowth {
   void find_hot(const CrackLattice &, const CrackStrength &);
   const Hot *hot_joint(const CrackLattice &, int joint) const;
   Vec3 crack_point(const CrackLattice &, int joint) const;
-  Vec3 normal(int joint) const { return Vec3(cracks.at(joint).m); }
+  Vec3 normal(int joint) const { return Vec3(cracks.at(joint).memory.m); }
   Vec3 front_normal(const CrackLattice &, const CrackRing &, const Vec3 &old, double memory) const;
   void vote(const CrackLattice &, const CrackRing &, double memory);
   void ligament(const CrackLattice &, const CrackRing &, std::vector<CrackStart> &) const;

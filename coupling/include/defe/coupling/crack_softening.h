@@ -74,8 +74,7 @@ struct CrackJoint {
   double taken;             ///< J, at the switch
   unsigned char used[2];    ///< joints that R is taken from, at either end
   unsigned char broken;
-  unsigned char rest;    ///< the caller's: 1 + steps for which an open plane need not be looked at
-  unsigned char pad[4];    ///< always 0
+  unsigned char pad[5];    ///< always 0
 };
 
 /// Rotation of a DE: polar factor of sum y dX^T, the rotation that brings the dX nearest to the y. By the largest
