@@ -141,62 +141,6 @@ void CrackGrowth::activate(int de)
   active.push_back(de);
 }
 
-const std::vector<int> &CrackGrowth::mark(const CrackLattice &lattice, const double *energy,
-                                          const double *quiet)
-{
-  if (static_cast<int>(place.size()) != lattice.n)
-    throw std::logic_error("CrackGrowth: reset() before mark()");
-  for (int d : active) place[d] = -1;
-  for (int d : loud_list) loud[d] = 0;
-  active.clear();
-  loud_list.clear();
-  close.clear();
-  fronts.clear();
-  waiting.clear();
-  for (int d = 0; d < lattice.n; ++d)
-    if (energy[d] >= quiet[d]) {
-      loud[d] = 1;
-      loud_list.push_back(d);
-    }
-  if (loud_list.empty()) return active;
-
-  // A joint's corners are half of either DE, in distorted cells 0.7 of that: the sum of both says more than each alone.
-  constexpr double least_share = 0.7;
-  for (int d : loud_list)
-    for (int s = 0; s < 6; ++s) {
-      const int joint = 6 * d + s, other = lattice.partner[d][s];
-      if (other < 0 || lattice.cut(joint)) continue;
-      const int e = other / 6, lower = lattice.lower_end(joint);
-      if (energy[d] + energy[e] < least_share * (quiet[d] + quiet[e])) continue;
-      if (lower != joint && loud[e]) continue;    // the other end says so
-      activate(d);
-      activate(e);
-      close.push_back(lower);
-    }
-  find_fronts(lattice);
-  for (const Waiting &front : waiting) {
-    const auto look = [&](int d) {
-      bool near = loud[d];
-      for (int s = 0; s < 6; ++s)
-        near = near || (lattice.partner[d][s] >= 0 && loud[lattice.partner[d][s] / 6]);
-      if (near) activate(d);
-    };
-    look(front.tie / 6);
-    for (int k = 1; k < front.arc.size; ++k) look(front.arc.de[k]);
-  }
-  for (const CrackRing &ring : fronts)
-    for (int k = 0; k < ring.size; ++k) {
-      const int d = ring.de[k];
-      activate(d);
-      for (int s = 0; s < 6; ++s)
-        if (lattice.partner[d][s] >= 0) activate(lattice.partner[d][s] / 6);
-    }
-  std::sort(active.begin(), active.end());
-  for (std::size_t k = 0; k < active.size(); ++k) place[active[k]] = static_cast<int>(k);
-  stresses.resize(active.size());
-  return active;
-}
-
 /// Rings with an odd number of cut joints, each once: from its first cut joint; and where it waits before ties.
 void CrackGrowth::find_rings(const CrackLattice &lattice, int joint, Crack &crack) const
 {
@@ -241,8 +185,8 @@ void CrackGrowth::find_waiting(const CrackLattice &lattice, int joint, Crack &cr
     }
 }
 
-/// Those with a loud DE, in the order of IDs.
-void CrackGrowth::find_fronts(const CrackLattice &lattice)
+/// Those with an intact joint that may open, and those that wait beside a loud DE, in the order of IDs.
+template <class F> void CrackGrowth::find_fronts(const CrackLattice &lattice, const F &may_open)
 {
   if (changed) {
     live.clear();
@@ -262,11 +206,72 @@ void CrackGrowth::find_fronts(const CrackLattice &lattice)
       if (any_loud) waiting.push_back(front);
     }
     for (const CrackRing &ring : crack->odd) {
-      bool any_loud = false;
-      for (int k = 0; k < ring.size; ++k) any_loud = any_loud || loud[ring.de[k]];
-      if (any_loud) fronts.push_back(ring);
+      bool any = false;
+      for (int k = 0; k < ring.size; ++k)
+        any = any ||
+            (!lattice.cut(ring.joint[k]) &&
+             may_open(ring.de[k], ring.de[k + 1 < ring.size ? k + 1 : 0]));
+      if (any) fronts.push_back(ring);
     }
   }
+}
+
+const std::vector<int> &CrackGrowth::mark(const CrackLattice &lattice, const double *energy,
+                                          const double *quiet)
+{
+  if (static_cast<int>(place.size()) != lattice.n)
+    throw std::logic_error("CrackGrowth: reset() before mark()");
+  for (int d : active) place[d] = -1;
+  for (int d : loud_list) loud[d] = 0;
+  active.clear();
+  loud_list.clear();
+  close.clear();
+  fronts.clear();
+  waiting.clear();
+  for (int d = 0; d < lattice.n; ++d)
+    if (energy[d] >= quiet[d]) {
+      loud[d] = 1;
+      loud_list.push_back(d);
+    }
+  if (loud_list.empty()) return active;
+
+  // A joint's corners are half of either DE, in distorted cells 0.7 of that: the sum of both says more than each alone.
+  const auto may_open = [&](int a, int b) {
+    return (loud[a] || loud[b]) && !(energy[a] + energy[b] < 0.7 * (quiet[a] + quiet[b]));
+  };
+  for (int d : loud_list)
+    for (int s = 0; s < 6; ++s) {
+      const int joint = 6 * d + s, other = lattice.partner[d][s];
+      if (other < 0 || lattice.cut(joint)) continue;
+      const int e = other / 6, lower = lattice.lower_end(joint);
+      if (!may_open(d, e)) continue;
+      if (lower != joint && loud[e]) continue;    // the other end says so
+      activate(d);
+      activate(e);
+      close.push_back(lower);
+    }
+  find_fronts(lattice, may_open);
+  for (const Waiting &front : waiting) {
+    const auto look = [&](int d) {
+      bool near = loud[d];
+      for (int s = 0; s < 6; ++s)
+        near = near || (lattice.partner[d][s] >= 0 && loud[lattice.partner[d][s] / 6]);
+      if (near) activate(d);
+    };
+    look(front.tie / 6);
+    for (int k = 1; k < front.arc.size; ++k) look(front.arc.de[k]);
+  }
+  for (const CrackRing &ring : fronts)
+    for (int k = 0; k < ring.size; ++k) {
+      const int d = ring.de[k];
+      activate(d);
+      for (int s = 0; s < 6; ++s)
+        if (lattice.partner[d][s] >= 0) activate(lattice.partner[d][s] / 6);
+    }
+  std::sort(active.begin(), active.end());
+  for (std::size_t k = 0; k < active.size(); ++k) place[active[k]] = static_cast<int>(k);
+  stresses.resize(active.size());
+  return active;
 }
 
 // --- decisions --------------------------------------------------------------
@@ -281,8 +286,10 @@ void CrackGrowth::find_hot(const CrackLattice &lattice, const CrackStrength &str
     const CrackStress &a = stresses[place[d]], &b = stresses[place[other / 6]];
     const double volume = a.slot_volume[s] + b.slot_volume[other % 6];
     if (!(volume > 0.0) || !std::isfinite(limit)) continue;
-    const Mat3 S = (crack_tensor(a.slot[s]) + crack_tensor(b.slot[other % 6])) / volume;
-    if (largest_principal_bound(S) < 0.98 * limit) continue;
+    double sum[6];
+    for (int k = 0; k < 6; ++k) sum[k] = a.slot[s][k] + b.slot[other % 6][k];
+    if (largest_principal_bound(sum) < 0.98 * limit * volume) continue;
+    const Mat3 S = crack_tensor(sum) / volume;
     const Principal p = largest_principal(S);
     if (p.value < 0.98 * limit) continue;
     hot_of[6 * place[d] + s] = static_cast<int>(hot.size());

@@ -238,12 +238,6 @@ double crack_quiet_energy(double volume, const CornerModuli &moduli, double sigm
   return 0.5 * volume * 0.5 * s * s / (moduli.lambda + 2.0 * moduli.mu);
 }
 
-double largest_principal_bound(const Mat3 &S)
-{
-  const double p = S.trace() / 3.0;
-  return p + std::sqrt((S - p * Mat3::Identity()).squaredNorm() * 2.0 / 3.0);
-}
-
 Principal largest_principal(const Mat3 &S)
 {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(S);

@@ -153,7 +153,7 @@ class CrackGrowth {
 
   void find_rings(const CrackLattice &, int joint, Crack &) const;
   void find_waiting(const CrackLattice &, int joint, Crack &) const;
-  void find_fronts(const CrackLattice &);
+  template <class F> void find_fronts(const CrackLattice &, const F &may_open);
   bool wants_to_enter(const CrackLattice &, const CrackStrength &, const Waiting &,
                       double share) const;
   void enter(const CrackLattice &, const CrackStrength &, double share);

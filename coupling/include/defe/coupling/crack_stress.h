@@ -10,6 +10,8 @@
 
 #include "defe/coupling/corner_strain.h"
 
+#include <cmath>
+
 namespace defe {
 
 /// Sums over a DE's corners; plain data, sent to the ghosts as it is. Order xx yy zz yz xz xy.
@@ -48,8 +50,13 @@ Mat3 crack_tensor(const double sum[6]);
 /// at 0.67 share sigma_t for nu = 0.2.)
 double crack_quiet_energy(double volume, const CornerModuli &moduli, double sigma_t, double share);
 
-/// Upper bound of the largest principal value, without an eigenproblem.
-double largest_principal_bound(const Mat3 &S);
+/// Upper bound of the largest principal value (order as in CrackStress), without an eigenproblem: p + 2 sqrt(J2/3).
+inline double largest_principal_bound(const double s[6])
+{
+  const double xy = s[0] - s[1], yz = s[1] - s[2], zx = s[2] - s[0];
+  const double J2 = (xy * xy + yz * yz + zx * zx) / 6.0 + s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
+  return (s[0] + s[1] + s[2]) / 3.0 + 2.0 * std::sqrt(J2 / 3.0);
+}
 
 /// Largest principal value and its direction (sign arbitrary).
 struct Principal {
