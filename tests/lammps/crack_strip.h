@@ -43,7 +43,7 @@ struct CrackStrip {
   static constexpr double d = 1e-3, h = 2.0 * d;    // spacing of DEs, edge of elements
 
   Mat3 turn = Mat3::Identity();
-  double left = -8.0, right = 20.0, height = 24.0,
+  double left = -16.0, right = 20.0, height = 24.0,
          thickness = 6.0;    // in d; the notch ends at x = 0
   double G_f = 10.0;
   bool adaptive = false;
@@ -58,7 +58,7 @@ struct CrackStrip {
     return c[0] > left * d && c[0] < right * d && std::abs(c[1]) < 0.5 * height * d &&
         std::abs(c[2]) < 0.5 * thickness * d;
   }
-  bool grips(const Vec3 &c) const { return std::abs(c[1]) > (0.5 * height - 2.0) * d; }
+  bool grips(const Vec3 &c) const { return std::abs(c[1]) > (0.5 * height - 2.5) * d; }
 };
 
 /// The elements of a turned block whose centre is in the strip. Node types: 1, and 2 of grips.
