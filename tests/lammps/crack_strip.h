@@ -50,6 +50,7 @@ struct CrackStrip {
   double moved = 0.0;                    // nodes, by h
   double strain = 1.6e-4, rate = 4.0;    // at the beginning, and of it
   double stop = 16.0;                    // where the crack has come far enough, in d
+  double tough_end = 0.0;                // at the right, of elements that do not convert, in d
   double dt = 5e-8;
   std::string name = "strip", options;
 
@@ -91,7 +92,8 @@ inline MeshFile mesh_of(const CrackStrip &strip)
       if (strip.grips(c)) mesh.type[t - 1] = 2;
     }
     mesh.hex.push_back(nodes);
-    mesh.part.push_back(strip.grips(c) ? "grip" : "glass");
+    const bool tough = strip.grips(c) || c[0] > (strip.right - strip.tough_end) * CrackStrip::d;
+    mesh.part.push_back(tough ? "grip" : "glass");
   }
   mesh.types = 5;
   mesh.lo = Vec3(1.5 * strip.left, -strip.height, -0.5 * strip.height) * CrackStrip::d;
@@ -179,7 +181,7 @@ struct CrackPath {
   double area = 0.0;    // projected area of broken joints by true area
   double work = 0.0;    // fracture energy by projected area of damage, over G_f
   double rise = 0.0;    // of kinetic and stored energy less the work done, of the largest
-  double tip = 0.0, speed = 0.0;
+  double tip = 0.0;
   int cut = 0, stray = 0, loose = 0;    // joints, those beside the crack; DEs without joints
   int converted = 0, holding = 0;       // elements, beside the notch; those with a cut joint
   double energy() const { return area * work; }    // fracture energy by true area, over G_f
@@ -298,17 +300,30 @@ class PathOf {
   }
 };
 
-/// Slope of the farthest broken joint against time, between x1 and x2 (in d).
+/// Between the times at which the farthest broken joint passes x1 and x2 (in d).
 inline double speed_between(const std::vector<Event> &events, double x1, double x2)
 {
   double t1 = -1.0;
   for (const auto &e : events) {
-    if (e.what != "broken" || e.step <= 40) continue;
+    if (e.what != "broken") continue;
     const double x = e.x[0] / CrackStrip::d;
     if (t1 < 0.0 && x >= x1) t1 = e.time;
     if (x >= x2) return (x2 - x1) * CrackStrip::d / (e.time - t1);
   }
   return 0.0;
+}
+
+/// Cracks that pass this place, at least 3 d from each other.
+inline int arms_at(const std::vector<Event> &events, double x)
+{
+  std::vector<double> y;
+  for (const auto &e : events)
+    if (e.what == "broken" && std::abs(e.x[0] / CrackStrip::d - x) < 2.0)
+      y.push_back(e.x[1] / CrackStrip::d);
+  std::sort(y.begin(), y.end());
+  int arms = y.empty() ? 0 : 1;
+  for (size_t k = 1; k < y.size(); k++) arms += y[k] - y[k - 1] > 3.0;
+  return arms;
 }
 
 /// DEs beyond the notch without any joint.

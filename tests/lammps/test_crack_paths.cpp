@@ -49,6 +49,40 @@ TEST(CrackPaths, ElementsThatConvert)
   expect_straight("30, nodes moved", moved);
 }
 
+// Under a load ten times what a crack needs it branches, whatever the lattice, and no crack outruns Rayleigh waves.
+TEST(CrackPaths, Branching)
+{
+  if (!one_rank()) GTEST_SKIP() << "measured on one rank";
+  constexpr double rayleigh = 3192.0;
+  for (double angle : {0.0, 22.5, 45.0})
+    for (bool adaptive : {false, true}) {
+      CrackStrip plate = strip(turned(angle), 10.0, adaptive);
+      plate.left = -10.0;
+      plate.right = 60.0;
+      plate.tough_end = 4.0;
+      plate.height = 60.0;
+      plate.thickness = 2.0;
+      plate.strain = 4.5e-4;
+      plate.rate = 0.0;
+      const MeshFile mesh = mesh_of(plate);
+      Lammps lmp(MPI_COMM_SELF);
+      prepare(lmp, plate, mesh, MPI_COMM_SELF);
+      lmp.run(380);
+      const auto events = read_events(plate.name + ".txt");
+      const double first = speed_between(events, 5.0, 25.0),
+                   second = speed_between(events, 25.0, 45.0);
+      const int arms = arms_at(events, 45.0);
+      std::printf("%4.1f deg%s: %.0f and %.0f m/s, arms %d\n", angle, adaptive ? ", adaptive" : "",
+                  first, second, arms);
+      EXPECT_GT(first, 2000.0);
+      EXPECT_GT(second, 2000.0);
+      EXPECT_LT(first, rayleigh);
+      EXPECT_LT(second, rayleigh);
+      EXPECT_EQ(arms_at(events, 5.0), 1);
+      EXPECT_GE(arms, 2);
+    }
+}
+
 // All that happens, on any number of ranks and over a restart.
 TEST(CrackPaths, SameOnAnyRanksAndOverARestart)
 {
