@@ -87,9 +87,15 @@ CohesiveResult cohesive_update(CohesiveState &state, double de_n, const Vec3 &de
   if (kappa > state.kappa && now > before) {
     // w = (1 + kappa0/delta_c)(1 - kappa0/kappa), so Y dw with Y = (k_n <e_n>^2 + k_s |e_s|^2)/2
     // is (Y/kappa^2) (1 + kappa0/delta_c) kappa0 dkappa, and Y/kappa^2 depends on the direction of
-    // the stretch only: trapezoidal rule over the part of the increment that does damage.
+    // the stretch only: trapezoidal rule over the part of the increment that does damage. While the joint
+    // is closed on the way there, its opening does not count.
+    const double opens = old_e_n < 0.0 && state.e_n > 0.0 ? -old_e_n / de_n : 0.0;
+    const double begins = opens > 0.0 ? stretch(0.0, (old_e_s + opens * de_s).norm(), k, p)
+                                      : before;
     const auto direction = [&](double at) {
-      const double f = std::clamp((at - before) / (now - before), 0.0, 1.0);
+      const double share = now > begins ? std::clamp((at - begins) / (now - begins), 0.0, 1.0)
+                                        : 1.0;
+      const double f = opens + (1.0 - opens) * share;
       const double e_n = std::max(old_e_n + f * de_n, 0.0);
       const Vec3 e_s = old_e_s + f * de_s;
       const double size = stretch(e_n, e_s.norm(), k, p);

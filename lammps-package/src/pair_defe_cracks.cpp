@@ -14,6 +14,7 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "error.h"
 #include "update.h"
 
 #include <algorithm>
@@ -66,6 +67,39 @@ bool PairDefeJoint::by_crack(int d, int s) const
   const int other = fix->jt.nb[d][s];
   if (other < 0) return false;
   return !coeffs[atom->type[fix->jt.self[d]] * (atom_types + 1) + atom->type[other]].lattice;
+}
+
+/* ----------------------------------------------------------------------
+   before a run: what has begun to soften, or is a closed plane, goes on by the law that it began with
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::check_laws()
+{
+  const auto &jt = fix->jt;
+  bigint mine = 0, all = 0;
+  int example = MAXSMALLINT, first = MAXSMALLINT;    // types, and the law
+  for (int ds = 0; ds < 6 * jt.nde; ds++) {
+    const int d = ds / 6, s = ds % 6, i = jt.self[d];
+    const JointSlot &slot = jt.rec[d]->slot[s];
+    if (slot.kind != DefeJoint::DE || jt.nb[d][s] < 0 || atom->tag[i] > slot.other) continue;
+    if (slot.state != DefeJoint::COHESIVE && !slot.plane && slot.pending != 1) continue;
+    bool has_plane = false;
+    if (const AtomTouch *t = fix->touches(i))
+      for (const auto &c : t->cracks) has_plane = has_plane || c.slot == s;
+    if (has_plane == by_crack(d, s)) continue;
+    const auto types = std::minmax(atom->type[i], atom->type[jt.nb[d][s]]);
+    example = MIN(example, 2 * (types.first * (atom_types + 1) + types.second) + has_plane);
+    mine++;
+  }
+  MPI_Allreduce(&mine, &all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (all == 0) return;
+  MPI_Allreduce(&example, &first, 1, MPI_INT, MPI_MIN, world);
+  const int types = first / 2;
+  error->all(FLERR,
+             "Pair_coeff {} {} cohesive: {} joints have cracked {} lattice, and their law cannot "
+             "change: give it {} lattice as before",
+             types / (atom_types + 1), types % (atom_types + 1), all,
+             first % 2 ? "without" : "with", first % 2 ? "without" : "with");
 }
 
 /* ----------------------------------------------------------------------

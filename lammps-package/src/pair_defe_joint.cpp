@@ -410,6 +410,7 @@ void PairDefeJoint::update_screen()
 {
   if (screen_built == fix->tables_built) return;
   screen_built = fix->tables_built;
+  if (update->setupflag && with_cohesive) check_laws();
   if (with_cracks) update_crack_tables();
   const auto &jt = fix->jt;
   const std::array<double, 6> never = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};

@@ -95,6 +95,7 @@ class PairDefeJoint : public Pair {
   std::unique_ptr<class DefeCracks> cracks;
   bool with_cracks = false, lattice_beside_cracks = false;
   void prepare_cracks();
+  void check_laws();
   void update_crack_tables();
   bool by_crack(int d, int s) const;
   void note_joint(int ds);

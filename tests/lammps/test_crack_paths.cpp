@@ -5,6 +5,9 @@
 // timeout: 240
 
 #include "crack_strip.h"
+#include "failure.h"
+
+#include <gmock/gmock.h>
 
 using namespace defe::test;
 using defe::Mat3;
@@ -81,6 +84,30 @@ TEST(CrackPaths, Branching)
       EXPECT_EQ(arms_at(events, 5.0), 1);
       EXPECT_GE(arms, 2);
     }
+}
+
+// A joint that softens goes on by the law that it began with: another one is refused, also after a restart.
+TEST(CrackPaths, LawsOfCracksCannotChange)
+{
+  const std::string joint = "pair_coeff 3*5 3*5 connective material cohesive 60e6 10 0.1",
+                    contact = " contact 0.9 0.2\n";
+  const CrackStrip s = strip(turned(0), 10.0, false);
+  const MeshFile mesh = mesh_of(s);
+  Lammps lmp;
+  prepare(lmp, s, mesh, MPI_COMM_WORLD);
+  lmp.commands(joint + contact + "run 5\nwrite_restart laws.restart\n");
+  EXPECT_THAT(failure(lmp, joint + " lattice" + contact + "run 0"),
+              testing::ContainsRegex(
+                  "Pair_coeff 4 5 cohesive: [0-9]+ joints have cracked without lattice, and their "
+                  "law cannot change: give it without lattice as before"));
+  for (const std::string law : {"", " lattice"}) {
+    Lammps again;
+    const std::string message = failure(again,
+                                        header_of(s) + "read_restart laws.restart\n" + fix_of(s) +
+                                            motion_of(s) + joint + law + contact + "run 5\n");
+    EXPECT_EQ(message.find("without lattice as before") != std::string::npos, !law.empty())
+        << message;
+  }
 }
 
 // All that happens, on any number of ranks and over a restart.

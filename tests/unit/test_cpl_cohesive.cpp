@@ -177,6 +177,26 @@ TEST(Cohesive, ClosingIsNotDamaged)
 }
 
 // Shear alone: traction s0/beta that fades linearly, work G_f k_n/(beta^2 k_s).
+// From closed to farther open than ever before in one increment: what it dissipates is that of small ones, not that of a
+// shear which is not there.
+TEST(Cohesive, OpensFromClosedInOneIncrement)
+{
+  for (double shear : {0.0, 1e-12}) {
+    CohesiveState once = cohesive_start(strength.sigma_t, zero, stiff, strength);
+    const double kappa0 = once.s0 / stiff.k_n;
+    cohesive_update(once, -3.0 * kappa0, Vec3(shear, 0.0, 0.0), stiff, strength);
+    CohesiveState slowly = once;
+    const double way = 3.2 * kappa0;
+    const CohesiveResult r = cohesive_update(once, way, zero, stiff, strength);
+    double dissipated = 0.0;
+    for (int k = 0; k < 1000; ++k)
+      dissipated += cohesive_update(slowly, way / 1000.0, zero, stiff, strength).dissipated;
+    EXPECT_GT(dissipated, 0.0);
+    EXPECT_NEAR(r.dissipated, dissipated, 1e-6 * dissipated) << shear;
+    EXPECT_NEAR(once.kappa, slowly.kappa, 1e-12 * slowly.kappa);
+  }
+}
+
 TEST(Cohesive, PureShear)
 {
   for (const CohesiveParameters &p :
