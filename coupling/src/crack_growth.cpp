@@ -293,7 +293,8 @@ void CrackGrowth::find_hot(const CrackLattice &lattice, const CrackStrength &str
     const Principal p = largest_principal(S);
     if (p.value < 0.98 * limit) continue;
     hot_of[6 * place[d] + s] = static_cast<int>(hot.size());
-    hot.push_back({joint, p.value / limit, p.direction, S / limit});
+    hot.push_back(
+        {joint, limit, p.value / limit, strength.nucleus(d, other / 6), p.direction, S / limit});
   }
 }
 
@@ -305,8 +306,8 @@ const CrackGrowth::Hot *CrackGrowth::hot_joint(const CrackLattice &lattice, int 
   return k < 0 ? nullptr : &hot[k];
 }
 
-Vec3 CrackGrowth::front_normal(const CrackLattice &lattice, const CrackRing &ring, const Vec3 &old,
-                               double memory) const
+CrackGrowth::Front CrackGrowth::front(const CrackLattice &lattice, const CrackRing &ring,
+                                      const Vec3 &old, double memory) const
 {
   std::vector<std::pair<std::int64_t, int>> des;
   for (int k = 0; k < ring.size; ++k) {
@@ -329,14 +330,15 @@ Vec3 CrackGrowth::front_normal(const CrackLattice &lattice, const CrackRing &rin
       all_volume += s.slot_volume[q];
     }
   }
-  if (!(all_volume > 0.0)) return old;
+  if (!(all_volume > 0.0)) return {old, 0.0};
   const Mat3 S = full_volume > 0.0 ? Mat3(full / full_volume) : Mat3(all / all_volume);
   const double s1 = std::max(largest_principal(S).value, 0.0);
   const Vec3 m = largest_principal(S + memory * s1 * old * old.transpose(), old).direction;
-  return m.dot(old) < 0.0 ? Vec3(-m) : m;
+  return {m.dot(old) < 0.0 ? Vec3(-m) : m, m.dot(S * m)};
 }
 
-void CrackGrowth::vote(const CrackLattice &lattice, const CrackRing &ring, double memory)
+void CrackGrowth::vote(const CrackLattice &lattice, const CrackRing &ring,
+                       const CrackGrowthParameters &par)
 {
   int cut = -1;
   bool may_fire = false;
@@ -346,12 +348,12 @@ void CrackGrowth::vote(const CrackLattice &lattice, const CrackRing &ring, doubl
     may_fire = may_fire || (h && h->value >= 1.0);
   }
   if (!may_fire) return;    // m.S m <= s_1
-  const Vec3 m = front_normal(lattice, ring, normal(cut), memory);
+  const auto [m, tension] = front(lattice, ring, normal(cut), par.memory);
   const Vec3 p = crack_point(lattice, cut);
   bool fires = false;
   for (int k = 0; k < ring.size; ++k) {
     const Hot *h = hot_joint(lattice, ring.joint[k]);
-    fires = fires || (h && m.dot(h->S * m) >= 1.0);
+    fires = fires || (h && m.dot(h->S * m) >= 1.0 && tension >= par.pull * h->limit);
   }
   if (!fires) return;
   for (int k = 0; k < ring.size; ++k) {
@@ -437,30 +439,29 @@ bool CrackGrowth::shielded(const CrackLattice &lattice, int joint) const
   });
 }
 
-bool CrackGrowth::could_nucleate(const CrackLattice &lattice, const Hot &h,
-                                 const CrackGrowthParameters &par, double *excess, Vec3 *m) const
+bool CrackGrowth::could_nucleate(const CrackLattice &lattice, const Hot &h, double *excess,
+                                 Vec3 *m) const
 {
   if (h.value < 1.0) return false;
   const std::uint64_t hash = joint_key(lattice, h.joint);
-  *excess = h.value / (1.0 + par.scatter * uniform(hash, 0));
+  *excess = h.value / (1.0 + h.nucleus.scatter * uniform(hash, 0));
   if (*excess < 1.0) return false;
   *m = largest_principal(h.S, random_direction(hash)).direction;
   return best_aligned(lattice, h.joint, *m);
 }
 
-void CrackGrowth::nuclei(const CrackLattice &lattice, const CrackGrowthParameters &par,
-                         std::vector<CrackStart> &starts) const
+void CrackGrowth::nuclei(const CrackLattice &lattice, std::vector<CrackStart> &starts) const
 {
   for (const Hot &h : hot) {
     double excess, other_excess;
     Vec3 m, other_m;
-    if (h.joint / 6 >= lattice.owned || !could_nucleate(lattice, h, par, &excess, &m)) continue;
+    if (h.joint / 6 >= lattice.owned || !could_nucleate(lattice, h, &excess, &m)) continue;
     const bool shield = shielded(lattice, h.joint);
-    if (shield && excess < par.overstrength) continue;
+    if (shield && excess < h.nucleus.overstrength) continue;
     const bool first = all_around(lattice, h.joint, [&](int joint) {
       if (joint == h.joint) return true;
       const Hot *other = hot_joint(lattice, joint);
-      if (!other || !could_nucleate(lattice, *other, par, &other_excess, &other_m)) return true;
+      if (!other || !could_nucleate(lattice, *other, &other_excess, &other_m)) return true;
       if (other_excess > excess * (1.0 + 1e-9)) return false;
       return other_excess < excess * (1.0 - 1e-9) || ids(lattice, h.joint) < ids(lattice, joint);
     });
@@ -516,11 +517,11 @@ void CrackGrowth::decide(const CrackLattice &lattice, const CrackStrength &stren
   if (hot.empty()) return;
   votes.clear();
   for (const CrackRing &ring : fronts)
-    if (ring.cut(lattice) == 1) vote(lattice, ring, par.memory);
+    if (ring.cut(lattice) == 1) vote(lattice, ring, par);
   count_votes(lattice, strength, starts);
   for (const CrackRing &ring : fronts)
     if (ring.cut(lattice) > 1) ligament(lattice, ring, starts);
-  nuclei(lattice, par, starts);
+  nuclei(lattice, starts);
 
   // one start per joint, what a front says first
   std::stable_sort(starts.begin(), starts.end(), [&](const CrackStart &a, const CrackStart &b) {

@@ -49,9 +49,11 @@ defe::CrackMemory memory_of(const defe::CrackJoint &law)
 DefeCracks::DefeCracks(LAMMPS *lmp, FixDefe *host) : Pointers(lmp), fix(host), jt(host->jt) {}
 
 void DefeCracks::set_strengths(int n, std::vector<double> strength,
+                               std::vector<defe::CrackNuclei> of_nuclei,
                                const std::vector<defe::CornerModuli> &of_parts)
 {
   sigma_t = std::move(strength);
+  nuclei = std::move(of_nuclei);
   moduli = of_parts;
   least_strength = *std::min_element(sigma_t.begin(), sigma_t.end());
   types = std::isfinite(least_strength) ? n : 0;
@@ -535,7 +537,8 @@ void DefeCracks::decide()
 {
   noted.clear();
   const defe::CrackLattice l = lattice();
-  growth.decide(l, {type.data(), types, sigma_t.data()}, defe::CrackGrowthParameters(), decisions);
+  growth.decide(l, {type.data(), types, sigma_t.data(), nuclei.data()},
+                defe::CrackGrowthParameters(), decisions);
   for (const auto &start : decisions) {
     const int joint = start.joint, there = other_end(joint);
     const double *h = &jt.half_force[joint / 6][3 * (joint % 6)];

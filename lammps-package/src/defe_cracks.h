@@ -29,7 +29,7 @@ class DefeCracks : protected Pointers {
   DefeCracks(class LAMMPS *, class FixDefe *);
 
   /** Strength of joints between DEs of two types, [types][types]; infinite where another law has them. */
-  void set_strengths(int types, std::vector<double> sigma_t,
+  void set_strengths(int types, std::vector<double> sigma_t, std::vector<defe::CrackNuclei>,
                      const std::vector<defe::CornerModuli> &);
   bool on() const { return types > 0; }
 
@@ -106,6 +106,7 @@ class DefeCracks : protected Pointers {
   JointTable &jt;
   int types = 0;
   std::vector<double> sigma_t;
+  std::vector<defe::CrackNuclei> nuclei;
   double least_strength = 0.0;
   std::vector<defe::CornerModuli> moduli;    // per part
 

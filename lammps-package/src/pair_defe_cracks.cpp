@@ -28,6 +28,46 @@ using defe::Vec3;
 static constexpr int PENDING = 4, PENDING_WITH_PLANE = 5;
 
 /* ----------------------------------------------------------------------
+   what may follow the numbers of "cohesive"; returns the place of the next word
+------------------------------------------------------------------------- */
+
+int PairDefeJoint::crack_words(Coeff &c, int narg, char **arg, int iarg)
+{
+  std::string of_nuclei;
+  for (; iarg < narg; iarg++) {
+    const std::string word = arg[iarg];
+    if (word == "reciprocal")
+      c.cohesive.reciprocal = true;
+    else if (word == "lattice")
+      c.lattice = true;
+    else if (word == "overstrength" || word == "scatter") {
+      if (iarg + 1 >= narg) utils::missing_cmd_args(FLERR, "pair_coeff cohesive " + word, error);
+      of_nuclei = word;
+      double &number = word == "scatter" ? c.nuclei.scatter : c.nuclei.overstrength;
+      number = utils::numeric(FLERR, arg[++iarg], false, lmp);
+    } else
+      break;
+  }
+  const auto &n = c.nuclei;
+  if (!(n.overstrength >= 1.0 && n.overstrength <= 100.0))
+    error->all(FLERR,
+               "Pair_coeff cohesive: overstrength, of joints beside a crack in strengths, must be "
+               "from 1 to 100, not {}",
+               n.overstrength);
+  if (!(n.scatter >= 0.0 && n.scatter <= 1.0))
+    error->all(FLERR,
+               "Pair_coeff cohesive: scatter, of the strength of nuclei, must be from 0 to 1, "
+               "not {}",
+               n.scatter);
+  if (c.lattice && !of_nuclei.empty())
+    error->all(FLERR,
+               "Pair_coeff cohesive: with lattice each joint has sigma_t and nothing else: leave "
+               "{} out",
+               of_nuclei);
+  return iarg;
+}
+
+/* ----------------------------------------------------------------------
    cracks are followed if any pair of types has a strength without "lattice"
 ------------------------------------------------------------------------- */
 
@@ -35,6 +75,7 @@ void PairDefeJoint::prepare_cracks()
 {
   const int n = atom_types + 1;
   std::vector<double> strength(static_cast<size_t>(n) * n, HUGE_VAL);
+  std::vector<defe::CrackNuclei> nuclei(strength.size());
   lattice_beside_cracks = false;
   for (size_t k = 0; k < strength.size() && with_connective && with_cohesive; k++) {
     if (!coeffs[k].has_cohesive) continue;
@@ -42,9 +83,10 @@ void PairDefeJoint::prepare_cracks()
       lattice_beside_cracks = true;
     else
       strength[k] = coeffs[k].cohesive.sigma_t;
+    nuclei[k] = coeffs[k].nuclei;
   }
   cracks = std::make_unique<DefeCracks>(lmp, fix);
-  cracks->set_strengths(n, strength, table);
+  cracks->set_strengths(n, strength, nuclei, table);
   fix->cracks_ask = with_cracks = cracks->on();
   if (!with_cracks) cracks.reset();
 }

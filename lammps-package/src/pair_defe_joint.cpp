@@ -96,8 +96,8 @@ void PairDefeJoint::settings(int narg, char **arg)
 }
 
 /* ----------------------------------------------------------------------
-   I J connective (E nu | material) cohesive sigma_t G_f beta [reciprocal] [lattice]
-       contact restitution friction
+   I J connective (E nu | material) contact restitution friction
+       cohesive sigma_t G_f beta [reciprocal] [lattice] [overstrength X] [scatter X]
 ------------------------------------------------------------------------- */
 
 void PairDefeJoint::coeff(int narg, char **arg)
@@ -145,14 +145,7 @@ void PairDefeJoint::coeff(int narg, char **arg)
       c.cohesive.G_f = utils::numeric(FLERR, arg[iarg + 2], false, lmp);
       c.cohesive.beta = utils::numeric(FLERR, arg[iarg + 3], false, lmp);
       iarg += 4;
-      for (; iarg < narg; iarg++) {
-        if (strcmp(arg[iarg], "reciprocal") == 0)
-          c.cohesive.reciprocal = true;
-        else if (strcmp(arg[iarg], "lattice") == 0)
-          c.lattice = true;
-        else
-          break;
-      }
+      iarg = crack_words(c, narg, arg, iarg);
       if (!(c.cohesive.sigma_t > 0.0) || !(c.cohesive.G_f > 0.0) || !(c.cohesive.beta >= 0.0))
         error->all(FLERR, "Pair_coeff cohesive: sigma_t and G_f must be > 0, beta >= 0");
       if (c.cohesive.reciprocal && c.cohesive.beta == 0.0)

@@ -18,6 +18,7 @@ PairStyle(defe/joint,PairDefeJoint);
 #include "defe/coupling/cohesive.h"
 #include "defe/coupling/contact_law.h"
 #include "defe/coupling/corner_strain.h"
+#include "defe/coupling/crack_growth.h"
 #include "defe/coupling/event_log.h"
 
 #include <array>
@@ -77,10 +78,12 @@ class PairDefeJoint : public Pair {
   struct Coeff {
     double E = 0.0, nu = 0.0;    // connective; 0 = take the material of the part
     defe::CohesiveParameters cohesive{0.0, 0.0, 0.0, false};
+    defe::CrackNuclei nuclei;
     bool lattice = false;    // each joint is judged by its own traction, cracks know the mesh
     double restitution = 1.0, friction = 0.0, damping_ratio = 0.0;
     bool has_connective = false, has_cohesive = false, has_contact = false;
   };
+  int crack_words(Coeff &, int narg, char **arg, int iarg);
   std::vector<Coeff> coeffs;    // (ntypes+1)^2
   Coeff &coeff_of(int i, int j) { return coeffs[i * (atom_types + 1) + j]; }
   int atom_types = 0;

@@ -31,8 +31,16 @@ uint64_t PairDefeJoint::laws_checksum() const
   defe::Checksum sum;
   for (const auto &c : coeffs) {
     const auto &law = c.cohesive;
-    const double numbers[] = {c.E,      c.nu,          law.sigma_t, law.G_f,
-                              law.beta, c.restitution, c.friction,  c.damping_ratio};
+    const double numbers[] = {c.E,
+                              c.nu,
+                              law.sigma_t,
+                              law.G_f,
+                              law.beta,
+                              c.nuclei.overstrength,
+                              c.nuclei.scatter,
+                              c.restitution,
+                              c.friction,
+                              c.damping_ratio};
     const char flags[] = {c.has_connective, c.has_cohesive, c.has_contact, law.reciprocal,
                           c.lattice};
     sum.add(numbers, sizeof(numbers));

@@ -9,6 +9,8 @@
 #include "defe/coupling/crack_growth.h"
 #include "defe/coupling/crack_softening.h"
 
+#include <Eigen/Eigenvalues>
+
 #include <map>
 
 namespace defe::test {
@@ -17,6 +19,15 @@ namespace defe::test {
 inline fe::IsotropicElastic glass()
 {
   return {74.09e9, 0.2, 2500.0};
+}
+
+/// Deformation gradient, without rotation, of a second Piola-Kirchhoff stress in glass.
+inline Mat3 strain_of(const Mat3 &S)
+{
+  const fe::IsotropicElastic g = glass();
+  const Mat3 E = ((1.0 + g.nu) * S - g.nu * S.trace() * Mat3::Identity()) / g.E;
+  // F^T F = I + 2 E
+  return Eigen::SelfAdjointEigenSolver<Mat3>(Mat3::Identity() + 2.0 * E).operatorSqrt();
 }
 
 /// The elements of a mesh whose centre passes.
@@ -39,6 +50,7 @@ class CrackBody {
   CornerModuli moduli;
   CohesiveParameters law;
   CrackGrowthParameters parameters;
+  std::vector<CrackNuclei> nuclei = std::vector<CrackNuclei>(4);
 
   std::vector<std::int64_t> id;
   std::vector<std::array<double, 3>> X;
@@ -115,7 +127,7 @@ class CrackBody {
     static thread_local double table[4];
     table[0] = law.sigma_t;
     table[1] = table[2] = table[3] = HUGE_VAL;
-    return {type.data(), 2, table};
+    return {type.data(), 2, table, nuclei.data()};
   }
   Vec3 reference(int i) const { return Vec3(X[i][0], X[i][1], X[i][2]); }
   CrackGeometry geometry(int joint) const

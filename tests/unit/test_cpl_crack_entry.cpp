@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-
 #include <memory>
 
 using namespace defe;
@@ -15,14 +13,6 @@ namespace {
 
 constexpr double h = 2e-3, d = 1e-3;
 const CohesiveParameters law{60e6, 10.0, 0.1, false};
-
-Mat3 strain_of(const Mat3 &S)
-{
-  const fe::IsotropicElastic g = glass();
-  const Mat3 E = ((1.0 + g.nu) * S - g.nu * S.trace() * Mat3::Identity()) / g.E;
-  // F^T F = I + 2 E
-  return Eigen::SelfAdjointEigenSolver<Mat3>(Mat3::Identity() + 2.0 * E).operatorSqrt();
-}
 
 /// A block of which some elements have converted.
 class Partly {
@@ -92,7 +82,8 @@ class Partly {
       growth.stress(i) = crack_stress(block->de[i].cell, y, block->de[i].present, block->moduli);
     }
     std::vector<CrackStart> starts;
-    growth.decide(l, {type.data(), 1, &law.sigma_t}, {}, starts);
+    const CrackNuclei nuclei;
+    growth.decide(l, {type.data(), 1, &law.sigma_t, &nuclei}, {}, starts);
     for (int tie : growth.entered()) EXPECT_TRUE(ties[tie / 6] >> tie % 6 & 1u);
     return growth.entered();
   }

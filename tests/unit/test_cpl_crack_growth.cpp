@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-
 #include <set>
 
 using namespace defe;
@@ -61,14 +59,6 @@ std::map<RingKey, int> all_rings(const CrackBody &body)
         rings[key] += 1;
       }
   return rings;
-}
-
-Mat3 strain_of(const Mat3 &S)
-{
-  const fe::IsotropicElastic g = glass();
-  const Mat3 E = ((1.0 + g.nu) * S - g.nu * S.trace() * Mat3::Identity()) / g.E;
-  // F^T F = I + 2 E
-  return Eigen::SelfAdjointEigenSolver<Mat3>(Mat3::Identity() + 2.0 * E).operatorSqrt();
 }
 
 std::vector<Vec3> directions()
@@ -312,7 +302,7 @@ TEST(CrackGrowth, EquibiaxialTensionHasNoFavouriteDirection)
 {
   CrackBody body(box_mesh(10, 10, 4, h), law, true);
   spare_the_surface(body);
-  body.parameters.scatter = 0.0;
+  body.nuclei[0].scatter = 0.0;
   double four = 0.0, two = 0.0;
   int count = 0;
   for (double angle : {0.0, 0.4}) {
@@ -545,13 +535,36 @@ TEST(CrackGrowth, RanksDecideAlike)
         r.growth.stress(i) = body.growth.stress(r.global[i]);
       }
       std::vector<CrackStart> starts;
-      r.growth.decide(l, {r.type.data(), 2, body.strength().sigma_t}, body.parameters, starts);
+      r.growth.decide(l, {r.type.data(), 2, body.strength().sigma_t, body.nuclei.data()},
+                      body.parameters, starts);
       starts_in_all += starts.size();
       for (const auto &entry : picture(l, starts)) together.insert(entry);
     }
     EXPECT_EQ(starts_in_all, serial.size());    // no joint by both
     expect_same(serial, together);
   }
+}
+
+// The scatter is of the strength of nuclei: spread evenly over the joints, and not below the strength.
+TEST(CrackGrowth, ScatterOfNuclei)
+{
+  CrackBody body(box_mesh(8, 8, 8, h), law, true);
+  spare_the_surface(body);
+  const Vec3 n = Vec3::UnitY();
+  const auto strong = [&](double scatter, double stress) {
+    body.nuclei[0].scatter = scatter;
+    const Mat3 F = strain_of(stress * law.sigma_t * n * n.transpose());
+    for (int i = 0; i < body.n; ++i) body.x[i] = F * body.reference(i);
+    body.forces();
+    fill(body);
+    body.growth.decide(body.lattice(), body.strength(), body.parameters, body.starts);
+    return body.starts.size();
+  };
+  EXPECT_EQ(strong(0.3, 0.995), 0u);
+  const auto few = strong(0.3, 1.01), many = strong(0.3, 1.15);
+  EXPECT_GT(few, 0u);
+  EXPECT_LT(few, many / 2);    // 67 and 175; with 0.01 they are the same
+  EXPECT_EQ(strong(0.01, 1.011), strong(0.01, 1.15));
 }
 
 // A joint that is left alone in its ring, and a crack's own neighbourhood.
@@ -565,7 +578,9 @@ TEST(CrackGrowth, BesideACrackNothingNucleates)
         return true;
       },
       n, 0.1 * d);
-  for (double stress : {1.5, 2.2}) {
+  for (const auto &[overstrength, stress, opens] :
+       {std::tuple{2.0, 1.5, false}, {2.0, 2.2, true}, {1.3, 1.5, true}, {3.0, 2.2, false}}) {
+    body.nuclei[0].overstrength = overstrength;
     const Mat3 F = strain_of(stress * law.sigma_t * n * n.transpose());
     for (int i = 0; i < body.n; ++i) body.x[i] = F * body.reference(i);
     body.forces();
@@ -577,6 +592,6 @@ TEST(CrackGrowth, BesideACrackNothingNucleates)
       beside = beside || std::abs(c[1] - 0.1 * d) < 1.5 * d;
     }
     EXPECT_FALSE(body.starts.empty());
-    EXPECT_EQ(beside, stress > 2.0);
+    EXPECT_EQ(beside, opens) << overstrength << ", " << stress;
   }
 }

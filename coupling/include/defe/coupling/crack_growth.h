@@ -13,8 +13,10 @@
 /// corners of the ring's DEs and of their face neighbours, s_1 its largest principal value;
 /// m_q = largest principal direction of S_q + memory s_1 m m^T: the crack's next normal, which in an
 /// equibiaxial field is the old one. Once m_q . S_j m_q reaches sigma_t at any intact joint j of the ring (S_j: corners
-/// on both sides that share the joint), the front moves: the joints whose DEs lie on either side of
-/// the plane through p with normal m_q open. Fronts that meet at a joint add up their planes.
+/// on both sides that share the joint), and m_q . S_q m_q `pull` sigma_t, the front moves: the joints whose DEs lie on
+/// either side of the plane through p with normal m_q open. Fronts that meet at a joint add up their planes.
+/// (The mean tension around a front that runs is 0.4 to 0.5 sigma_t, at least 0.22. In glass that is crushed under a ball
+/// single joints are torn while the plane as a whole is pressed with 100 MPa: without `pull` cracks went on there, too.)
 ///
 /// **Ligament.** The last intact joint of a ring opens when the stress along the mean normal of
 /// the others reaches sigma_t; so does the one that is loaded most where an odd number >= 3 is cut.
@@ -23,6 +25,7 @@
 /// place, if it is best aligned with the tension among the axes of its DEs, and first among such
 /// joints of its DEs and their neighbours. Beside a crack (in a ring with a cut joint, or within
 /// 1.5 d of the plane of a cut joint whose p is within d) it takes `overstrength` times as much: that is how cracks branch.
+/// Both numbers are those of the joint's pair of types.
 ///
 /// **Entry.** Where a ring is open because finite elements are in its way, the front waits before their faces. It
 /// asks for them once its DE is not quiet and m . S m, S of the corners at the tie, reaches `entry` sigma_t: they are
@@ -65,19 +68,26 @@ struct CrackStart {
 };
 
 struct CrackGrowthParameters {
-  double memory = 1.0;          ///< weight of the old direction
+  double memory = 1.0;    ///< weight of the old direction
+  double pull = 0.2;      ///< tension around a front that moves, times sigma_t
+  double entry = 0.3;     ///< of a front before a finite element, times sigma_t
+};
+
+/// What nuclei take between DEs of two types. Plain data, in restart files.
+struct CrackNuclei {
   double overstrength = 2.0;    ///< beside a crack, times sigma_t; 1.3 to 2
   double scatter = 0.01;        ///< of the strength of nuclei; growth keeps sigma_t
-  double entry = 0.3;           ///< of a front before a finite element, times sigma_t
 };
 
 /// Strength of the joint between two DEs by their types; infinite where none may be cut.
 struct CrackStrength {
   const unsigned char *type;    ///< [n] of DEs
   int types;
-  const double *sigma_t;    ///< [types * types]
+  const double *sigma_t;        ///< [types * types]
+  const CrackNuclei *nuclei;    ///< same
 
   double operator()(int a, int b) const { return sigma_t[type[a] * types + type[b]]; }
+  const CrackNuclei &nucleus(int a, int b) const { return nuclei[type[a] * types + type[b]]; }
 };
 
 class CrackGrowth {
@@ -115,7 +125,9 @@ class CrackGrowth {
  private:
   struct Hot {    // an intact joint that may have reached its strength
     int joint;
+    double limit;    // its sigma_t
     double value;    // sigma_1(S_j) / sigma_t
+    CrackNuclei nucleus;
     Vec3 direction;
     Mat3 S;
   };
@@ -124,6 +136,10 @@ class CrackGrowth {
     std::int64_t key[4];
     Vec3 m;
     double below, above;
+  };
+  struct Front {
+    Vec3 m;
+    double tension;    // along it, around the front
   };
   struct Waiting {    // a front before a tie
     int crack, tie;
@@ -162,14 +178,13 @@ class CrackGrowth {
   const Hot *hot_joint(const CrackLattice &, int joint) const;
   Vec3 crack_point(const CrackLattice &, int joint) const;
   Vec3 normal(int joint) const { return Vec3(cracks.at(joint).memory.m); }
-  Vec3 front_normal(const CrackLattice &, const CrackRing &, const Vec3 &old, double memory) const;
-  void vote(const CrackLattice &, const CrackRing &, double memory);
+  Front front(const CrackLattice &, const CrackRing &, const Vec3 &old, double memory) const;
+  void vote(const CrackLattice &, const CrackRing &, const CrackGrowthParameters &);
   void ligament(const CrackLattice &, const CrackRing &, std::vector<CrackStart> &) const;
   void count_votes(const CrackLattice &, const CrackStrength &, std::vector<CrackStart> &);
   bool shielded(const CrackLattice &, int joint) const;
-  bool could_nucleate(const CrackLattice &, const Hot &, const CrackGrowthParameters &,
-                      double *excess, Vec3 *m) const;
-  void nuclei(const CrackLattice &, const CrackGrowthParameters &, std::vector<CrackStart> &) const;
+  bool could_nucleate(const CrackLattice &, const Hot &, double *excess, Vec3 *m) const;
+  void nuclei(const CrackLattice &, std::vector<CrackStart> &) const;
 };
 
 // In a step (lammps-package/src/defe_cracks.h, called by pair_defe_cracks.cpp):
