@@ -235,9 +235,9 @@ const std::vector<int> &CrackGrowth::mark(const CrackLattice &lattice, const dou
     }
   if (loud_list.empty()) return active;
 
-  // A joint's corners are half of either DE, in distorted cells 0.7 of that: the sum of both says more than each alone.
+  // the energy of both ends says more than that of each alone
   const auto may_open = [&](int a, int b) {
-    return (loud[a] || loud[b]) && !(energy[a] + energy[b] < 0.7 * (quiet[a] + quiet[b]));
+    return (loud[a] || loud[b]) && !(energy[a] + energy[b] < quiet[a] + quiet[b]);
   };
   for (int d : loud_list)
     for (int s = 0; s < 6; ++s) {

@@ -93,8 +93,9 @@ namespace {
 namespace {
 
   /// Largest root of the characteristic polynomial of Horn's matrix for A of Frobenius norm 1: the sum of the singular
-  /// values (the least one negative if det A < 0). Newton's method from above: all roots are real.
-  double horn_eigenvalue(const Mat3 &A)
+  /// values (the least one negative if det A < 0). Newton's method, from above (all roots are real) or from `guess`: the
+  /// polynomial is convex there, so that one step leads from below to above.
+  double horn_eigenvalue(const Mat3 &A, double guess)
   {
     const double det = A.determinant();
     Mat3 cofactor;
@@ -102,14 +103,14 @@ namespace {
     cofactor.col(1) = A.col(2).cross(A.col(0));
     cofactor.col(2) = A.col(0).cross(A.col(1));
     const double c0 = 1.0 - 4.0 * cofactor.squaredNorm();
-    double x = std::sqrt(3.0);
+    double x = (4.0 * guess * guess - 4.0) * guess - 8.0 * det > 1.0 ? guess : std::sqrt(3.0);
     for (int k = 0; k < 60; ++k) {
       const double p = ((x * x - 2.0) * x - 8.0 * det) * x + c0;
       const double slope = (4.0 * x * x - 4.0) * x - 8.0 * det;
       if (!(slope > 0.0)) break;
       const double step = p / slope;
       x -= step;
-      if (!(step > 1e-15)) break;
+      if (!((k == 0 ? std::abs(step) : step) > 1e-15)) break;
     }
     return x;
   }
@@ -174,13 +175,13 @@ DERotation de_rotation(const CrackEnd &end, unsigned use)
       A += end.y[s] * end.dX[s].transpose();
       stiff -= end.dX[s] * end.dX[s].transpose();
     }
-  const double trace = -2.0 * stiff.trace();
+  const double trace = -2.0 * stiff.trace(), straight = 0.5 * trace / stiff.norm();
   stiff.diagonal().array() += 0.5 * trace;
   if (!(stiff.determinant() > line_limit * trace * trace * trace)) return r;
   const double size = A.norm();
   if (!(size > 0.0)) return r;
   A /= size;
-  const double sum = horn_eigenvalue(A);
+  const double sum = horn_eigenvalue(A, straight);    // as without strain
   const Eigen::Vector4d q = horn_eigenvector(A, sum);
   const Mat3 R = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
   // stiffness against turning, in space: its eigenvalues are sums of two singular values

@@ -232,10 +232,19 @@ Mat3 crack_tensor(const double s[6])
   return S;
 }
 
-double crack_quiet_energy(double volume, const CornerModuli &moduli, double sigma_t, double share)
+double crack_least_volume(const GeneralCell &cell)
+{
+  double volume[6] = {};
+  for (int corner = 0; corner < 8; ++corner)
+    for (int a = 0; a < 3; ++a) volume[corner_slot(corner, a)] += corner_volume(cell, corner);
+  return *std::min_element(volume, volume + 6);
+}
+
+double crack_quiet_energy(double least_volume, const CornerModuli &moduli, double sigma_t,
+                          double share)
 {
   const double s = share * sigma_t;
-  return 0.5 * volume * 0.5 * s * s / (moduli.lambda + 2.0 * moduli.mu);
+  return least_volume * 0.5 * s * s / (moduli.lambda + 2.0 * moduli.mu);
 }
 
 Principal largest_principal(const Mat3 &S)

@@ -106,7 +106,9 @@ void DefeCracks::prepare()
     double place[3];    // never wrapped
     domain->unmap(X[d].data(), atom->image[jt.self[d]], place);
     key[d] = defe::crack_place_key(Vec3(place), std::cbrt(r.volume));
-    quiet[d] = defe::crack_quiet_energy(r.volume, moduli[r.part], least_strength,
+    const double least = d < jt.north ? 0.5 * r.volume
+                                      : defe::crack_least_volume(jt.cell[d - jt.north]);
+    quiet[d] = defe::crack_quiet_energy(least, moduli[r.part], least_strength,
                                         defe::CrackGrowth::quiet_share);
     for (int s = 0; s < 6; s++) {
       const JointSlot &slot = r.slot[s];

@@ -106,7 +106,8 @@ class CrackBody {
     f.assign(n, Vec3::Zero());
     energy.assign(n, 0.0);
     for (int i = 0; i < n; ++i)
-      quiet.push_back(crack_quiet_energy(volume[i], moduli, law.sigma_t, CrackGrowth::quiet_share));
+      quiet.push_back(crack_quiet_energy(crack_least_volume(block.de[i].cell), moduli, law.sigma_t,
+                                         CrackGrowth::quiet_share));
     half.resize(n);
     growth.reset(lattice());
     prepare_boxes();

@@ -44,11 +44,15 @@ void crack_stress_orthogonal(int n, const CrackBox *box, CrackStress *out);
 
 Mat3 crack_tensor(const double sum[6]);
 
-/// Strain energy of a DE below which neither it nor a joint of it with a DE that is below, too, can have
-/// a principal stress of `share` times sigma_t: sum of w psi >= W sigma_1^2/(2 (lambda + 2 mu)) for the mean stress of
-/// corners of volume W, and a joint's corners are half of either DE. (In uniaxial tension this is reached
-/// at 0.67 share sigma_t for nu = 0.2.)
-double crack_quiet_energy(double volume, const CornerModuli &moduli, double sigma_t, double share);
+/// Least volume of the corners of a DE that share a joint; of a box: half of it.
+double crack_least_volume(const GeneralCell &cell);
+
+/// Strain energy W s^2/(2 (lambda + 2 mu)), s = share of sigma_t, without which corners of volume W cannot have a mean
+/// stress with the principal value s. A joint's corners are those of both its DEs: with the least volume of
+/// each, it holds less than s if both together have less energy than this. (In uniaxial tension that is reached
+/// at 0.67 s for nu = 0.2, since the energy of a DE is that of all its corners.)
+double crack_quiet_energy(double least_volume, const CornerModuli &moduli, double sigma_t,
+                          double share);
 
 /// Upper bound of the largest principal value (order as in CrackStress), without an eigenproblem: p + 2 sqrt(J2/3).
 inline double largest_principal_bound(const double s[6])
