@@ -6,7 +6,7 @@
 
 #include "compute_defe_atom.h"
 
-#include "fix_defe.h"
+#include "defe_system.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -63,9 +63,8 @@ ComputeDefeAtom::~ComputeDefeAtom()
 
 void ComputeDefeAtom::init()
 {
-  auto fixes = modify->get_fix_by_style("^defe$");
-  if (fixes.empty()) error->all(FLERR, "Compute defe/atom needs a fix defe");
-  fix = dynamic_cast<FixDefe *>(fixes.front());
+  sys = DefeSystem::find(lmp);
+  if (!sys) error->all(FLERR, "Compute defe/atom needs a fix defe");
 }
 
 /* ---------------------------------------------------------------------- */
@@ -96,12 +95,12 @@ void ComputeDefeAtom::compute_peratom()
     for (int i = 0; i < nall; i++)
       for (int k = 0; k < 7; k++) sum[i][k] = 0.0;
     for (int i = 0; i < nlocal; i++)
-      for (const auto &h : fix->hexes_of(i)) {
+      for (const auto &h : sys->store.hexes(i)) {
         double centre[3], s[6], s1;
         int idx[8];
-        if (fix->material_of(fix->parts[h.part]).rigid()) continue;
-        if (!fix->local_hex(h, i, idx)) continue;
-        fix->centre_stress(h, centre, s, s1);
+        if (sys->model.material_of(sys->model.parts[h.part]).rigid()) continue;
+        if (!sys->elements.local_hex(h, i, idx)) continue;
+        sys->elements.centre_stress(h, centre, s, s1);
         for (int a : idx) {
           for (int k = 0; k < 6; k++) sum[a][k] += s[k];
           sum[a][6] += 1.0;
@@ -111,7 +110,7 @@ void ComputeDefeAtom::compute_peratom()
   }
 
   for (int i = 0; i < nlocal; i++) {
-    const auto *de = (atom->mask[i] & groupbit) ? fix->de_record(i) : nullptr;
+    const auto *de = (atom->mask[i] & groupbit) ? sys->store.de(i) : nullptr;
     const bool in = atom->mask[i] & groupbit;
     int count[4] = {0, 0, 0, 0};
     if (de)
@@ -143,7 +142,7 @@ void ComputeDefeAtom::compute_peratom()
             value = de ? static_cast<double>(de->element) : 0.0;
             break;
           case ELEMENTS:
-            value = static_cast<double>(fix->elements_at(i));
+            value = static_cast<double>(sys->store.elements_at(i));
             break;
           default: {
             if (sum[i][6] == 0.0) break;

@@ -35,7 +35,7 @@ class ComputeDefeAtom : public Compute {
   std::vector<Quantity> what;
   bool stresses = false;
   int nmax = 0;
-  class FixDefe *fix = nullptr;
+  struct DefeSystem *sys = nullptr;
   double **sum = nullptr;    // 6 stresses and the number of elements of each node
 };
 

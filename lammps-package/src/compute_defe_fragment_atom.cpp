@@ -9,12 +9,13 @@
 
 #include "compute_defe_fragment_atom.h"
 
-#include "fix_defe.h"
+#include "defe_system.h"
 #include "rendezvous.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
+#include "fix.h"
 #include "group.h"
 #include "memory.h"
 #include "modify.h"
@@ -63,15 +64,14 @@ ComputeDefeFragmentAtom::~ComputeDefeFragmentAtom()
 
 void ComputeDefeFragmentAtom::init()
 {
-  auto fixes = modify->get_fix_by_style("^defe$");
-  if (fixes.empty()) error->all(FLERR, "Compute defe/fragment/atom needs a fix defe");
-  fix = dynamic_cast<FixDefe *>(fixes.front());
-  selected.assign(fix->parts.size(), part_names.empty());
+  sys = DefeSystem::find(lmp);
+  if (!sys) error->all(FLERR, "Compute defe/fragment/atom needs a fix defe");
+  selected.assign(sys->model.parts.size(), part_names.empty());
   for (const auto &name : part_names) {
-    const int p = fix->find_part(name);
+    const int p = sys->model.find_part(name);
     if (p < 0)
       error->all(FLERR, "Compute defe/fragment/atom part {}: fix {} has no part of this name", name,
-                 fix->id);
+                 sys->host->id);
     selected[p] = 1;
   }
   labelled_tables = -1;    // it may be another fix than before
@@ -105,18 +105,18 @@ int ComputeDefeFragmentAtom::local_of(tagint tag) const
    make new tables. On any rank, since all must agree on what to do.
 ------------------------------------------------------------------------- */
 
-static bigint broken_joints(const FixDefe *fix)
+static bigint broken_joints(const DefeSystem *sys)
 {
-  const auto first = fix->jt.state.begin();
-  return std::count_if(first, first + 6 * static_cast<bigint>(fix->jt.nde), [](int state) {
+  const auto first = sys->joints.state.begin();
+  return std::count_if(first, first + 6 * static_cast<bigint>(sys->joints.nde), [](int state) {
     return state >= DefeJoint::CONTACT;
   });
 }
 
 bool ComputeDefeFragmentAtom::up_to_date() const
 {
-  const int mine = labelled_tables == fix->tables_built && labelled_first == update->firststep &&
-      labelled_broken == broken_joints(fix) && !group->dynamic[igroup];
+  const int mine = labelled_tables == sys->tables.built() && labelled_first == update->firststep &&
+      labelled_broken == broken_joints(sys) && !group->dynamic[igroup];
   int all = 0;
   MPI_Allreduce(&mine, &all, 1, MPI_INT, MPI_MIN, world);
   return all;
@@ -125,9 +125,9 @@ bool ComputeDefeFragmentAtom::up_to_date() const
 void ComputeDefeFragmentAtom::label_fragments()
 {
   if (up_to_date()) return;
-  labelled_tables = fix->tables_built;
+  labelled_tables = sys->tables.built();
   labelled_first = update->firststep;
-  labelled_broken = broken_joints(fix);
+  labelled_broken = broken_joints(sys);
   if (atom->nmax > nmax) {
     nmax = atom->nmax;
     memory->destroy(fragment);
@@ -168,7 +168,8 @@ void ComputeDefeFragmentAtom::find_active()
   if (igroup == 0 && part_names.empty()) {
     active.assign(nall, 1);
     for (int i = 0; i < nlocal; i++)
-      active[i] = fix->de_record(i) || fix->elements_at(i) > 0;    // others are never asked for
+      active[i] = sys->store.de(i) ||
+          sys->store.elements_at(i) > 0;    // others are never asked for
     return;
   }
   if (group->dynamic[igroup]) {
@@ -178,10 +179,10 @@ void ComputeDefeFragmentAtom::find_active()
   active.assign(nall, 0);
   for (int i = 0; i < nlocal; i++) {
     int node[8];
-    for (const auto &h : fix->hexes_of(i))
+    for (const auto &h : sys->store.hexes(i))
       if (takes_part(h, node))
         for (int j : node) active[j] = 1;
-    const auto *de = fix->de_record(i);
+    const auto *de = sys->store.de(i);
     if (de) active[i] = selected[de->part] && (atom->mask[i] & groupbit);
   }
   comm_mode = ACTIVE;
@@ -200,10 +201,10 @@ void ComputeDefeFragmentAtom::join(DisjointSets &sets)
   for (int i = 0; i < nlocal; i++) {
     if (!active[i]) continue;
     int corner[8];
-    for (const auto &h : fix->hexes_of(i))
+    for (const auto &h : sys->store.hexes(i))
       if (takes_part(h, corner))
         for (int a = 1; a < 8; a++) sets.join(corner[0], corner[a]);
-    const auto *de = fix->de_record(i);
+    const auto *de = sys->store.de(i);
     if (!de) continue;
     for (const auto &slot : de->slot) {
       if (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT) continue;
@@ -308,14 +309,14 @@ void ComputeDefeFragmentAtom::sum_up(DisjointSets &sets, const std::vector<std::
     if (!active[i]) continue;
     auto &share = of_set[sets.find(i)];
     share.label = whole[i];
-    if (fix->de_record(i)) {
+    if (sys->store.de(i)) {
       share.mass += atom->rmass[i];
       share.des++;
     }
     int node[8];
-    for (const auto &h : fix->hexes_of(i)) {
+    for (const auto &h : sys->store.hexes(i)) {
       if (!takes_part(h, node)) continue;
-      share.mass += fix->material_of(fix->parts[h.part]).elastic().rho * h.volume;
+      share.mass += sys->model.material_of(sys->model.parts[h.part]).elastic().rho * h.volume;
       share.elements++;
     }
   }

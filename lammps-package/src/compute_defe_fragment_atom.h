@@ -41,7 +41,7 @@ class ComputeDefeFragmentAtom : public Compute {
  private:
   std::vector<std::string> part_names;    // none = all
   std::vector<char> selected;             // by part
-  class FixDefe *fix = nullptr;
+  struct DefeSystem *sys = nullptr;
   double *fragment = nullptr;
   int nmax = 0;
 

@@ -6,7 +6,7 @@
 
 #include "compute_defe_hex_local.h"
 
-#include "fix_defe.h"
+#include "defe_system.h"
 
 #include "atom.h"
 #include "error.h"
@@ -52,9 +52,8 @@ ComputeDefeHexLocal::~ComputeDefeHexLocal()
 
 void ComputeDefeHexLocal::init()
 {
-  auto fixes = modify->get_fix_by_style("^defe$");
-  if (fixes.empty()) error->all(FLERR, "Compute defe/hex/local needs a fix defe");
-  fix = dynamic_cast<FixDefe *>(fixes.front());
+  sys = DefeSystem::find(lmp);
+  if (!sys) error->all(FLERR, "Compute defe/hex/local needs a fix defe");
 }
 
 /* ----------------------------------------------------------------------
@@ -67,7 +66,7 @@ void ComputeDefeHexLocal::compute_local()
   const int ncol = static_cast<int>(what.size());
   int n = 0;
   for (int i = 0; i < atom->nlocal; i++)
-    if (atom->mask[i] & groupbit) n += static_cast<int>(fix->hexes_of(i).size());
+    if (atom->mask[i] & groupbit) n += static_cast<int>(sys->store.hexes(i).size());
   size_local_rows = n;
   if (n > nmax) {
     nmax = n;
@@ -82,9 +81,9 @@ void ComputeDefeHexLocal::compute_local()
   n = 0;
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & groupbit)) continue;
-    for (const auto &h : fix->hexes_of(i)) {
+    for (const auto &h : sys->store.hexes(i)) {
       double centre[3], s[6], s1;
-      fix->centre_stress(h, centre, s, s1);
+      sys->elements.centre_stress(h, centre, s, s1);
       for (int c = 0; c < ncol; c++) {
         double value = 0.0;
         switch (what[c]) {

@@ -31,7 +31,7 @@ class ComputeDefeHexLocal : public Compute {
   enum Quantity { ID, PART, X, Y, Z, SXX, SYY, SZZ, SXY, SXZ, SYZ, S1 };
   std::vector<Quantity> what;
   int nmax = 0;
-  class FixDefe *fix = nullptr;
+  struct DefeSystem *sys = nullptr;
 };
 
 }    // namespace LAMMPS_NS

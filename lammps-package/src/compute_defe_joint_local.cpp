@@ -6,7 +6,7 @@
 
 #include "compute_defe_joint_local.h"
 
-#include "fix_defe.h"
+#include "defe_system.h"
 #include "pair_defe_joint.h"
 
 #include "atom.h"
@@ -84,9 +84,8 @@ ComputeDefeJointLocal::~ComputeDefeJointLocal()
 
 void ComputeDefeJointLocal::init()
 {
-  auto fixes = modify->get_fix_by_style("^defe$");
-  if (fixes.empty()) error->all(FLERR, "Compute defe/joint/local needs a fix defe");
-  fix = dynamic_cast<FixDefe *>(fixes.front());
+  sys = DefeSystem::find(lmp);
+  if (!sys) error->all(FLERR, "Compute defe/joint/local needs a fix defe");
   pair = dynamic_cast<PairDefeJoint *>(force->pair_match("^defe/", 0));
   if (!pair) error->all(FLERR, "Compute defe/joint/local needs a pair style defe/*");
 }
@@ -97,17 +96,18 @@ void ComputeDefeJointLocal::init()
 
 bool ComputeDefeJointLocal::counts(int d, int s) const
 {
-  const JointSlot &slot = fix->jt.rec[d]->slot[s];
+  const JointSlot &slot = sys->joints.rec[d]->slot[s];
   if (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT) return false;
   if (slot.kind == DefeJoint::TIE) return true;
-  return atom->tag[fix->jt.self[d]] < slot.other && (atom->mask[fix->jt.nb[d][s]] & groupbit);
+  return atom->tag[sys->joints.self[d]] < slot.other &&
+      (atom->mask[sys->joints.nb[d][s]] & groupbit);
 }
 
 void ComputeDefeJointLocal::compute_local()
 {
   invoked_local = update->ntimestep;
   if (group->dynamic[igroup]) comm->forward_comm(this);    // it changes between reneighbourings
-  const auto &jt = fix->jt;
+  const auto &jt = sys->joints;
   const int ncol = static_cast<int>(what.size());
   int n = 0;
   for (int d = 0; d < jt.nde; d++)

@@ -54,7 +54,7 @@ class ComputeDefeJointLocal : public Compute {
   std::vector<Quantity> what;
   bool views = false;    // more than the records hold is asked for
   int nmax = 0;
-  class FixDefe *fix = nullptr;
+  struct DefeSystem *sys = nullptr;
   class PairDefeJoint *pair = nullptr;
   bool counts(int d, int s) const;
 };

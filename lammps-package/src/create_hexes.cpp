@@ -6,7 +6,7 @@
 
 #include "create_hexes.h"
 
-#include "fix_defe.h"
+#include "defe_system.h"
 
 #include "atom.h"
 #include "atom_vec.h"
@@ -59,15 +59,15 @@ void CreateHexes::command(int narg, char **arg)
     error->all(FLERR, "Command create_hexes must come after create_box or read_data");
   if (narg < 3) utils::missing_cmd_args(FLERR, "create_hexes", error);
 
-  auto fix = dynamic_cast<FixDefe *>(modify->get_fix_by_id(arg[0]));
-  if (!fix) error->all(FLERR, "Command create_hexes: {} is not the ID of a fix defe", arg[0]);
-  const int part = fix->find_part(arg[1]);
+  auto *sys = DefeSystem::of(modify->get_fix_by_id(arg[0]));
+  if (!sys) error->all(FLERR, "Command create_hexes: {} is not the ID of a fix defe", arg[0]);
+  const int part = sys->model.find_part(arg[1]);
   if (part < 0) error->all(FLERR, "Command create_hexes: fix {} has no part {}", arg[0], arg[1]);
   const int type = utils::inumeric(FLERR, arg[2], false, lmp);
   if (type < 1 || type > atom->ntypes)
     error->all(FLERR, "Command create_hexes: atom type {} does not exist (1 to {})", type,
                atom->ntypes);
-  if (fix->des_total > 0)
+  if (sys->census.des() > 0)
     error->all(FLERR, "Command create_hexes: all meshes must be made before elements convert");
   int iarg = 3;
   std::vector<double> line[3];
@@ -100,7 +100,7 @@ void CreateHexes::command(int narg, char **arg)
   const bigint n[3] = {static_cast<bigint>(line[0].size()), static_cast<bigint>(line[1].size()),
                        static_cast<bigint>(line[2].size())};
   const bigint nodes = n[0] * n[1] * n[2];
-  const bigint first_hex = fix->last_hex_id();
+  const bigint first_hex = sys->mesh.last_hex_id();
   tagint mine = 0, last_tag = 0;
   for (int i = 0; i < atom->nlocal; i++) mine = MAX(mine, atom->tag[i]);
   MPI_Allreduce(&mine, &last_tag, 1, MPI_LMP_TAGINT, MPI_MAX, world);
@@ -145,7 +145,7 @@ void CreateHexes::command(int narg, char **arg)
         atom->radius[me] = 0.0;
         atom->rmass[me] = 1.0;    // the lumped mass follows with the topology
         modify->create_attribute(me);
-        fix->set_reference(me, ref);
+        sys->store.set_reference(me, ref);
         if (i + 1 < n[0] && j + 1 < n[1] && k + 1 < n[2]) {
           const tagint node[8] = {tag_of(i, j, k),
                                   tag_of(i + 1, j, k),
@@ -156,10 +156,10 @@ void CreateHexes::command(int narg, char **arg)
                                   tag_of(i + 1, j + 1, k + 1),
                                   tag_of(i, j + 1, k + 1)};
           const bigint hexid = first_hex + 1 + i + (n[0] - 1) * (j + (n[1] - 1) * k);
-          fix->add_hex(me, static_cast<tagint>(hexid), part, node);
+          sys->mesh.add_hex(me, static_cast<tagint>(hexid), part, node);
         }
       }
-  fix->mesh_changed();
+  sys->mesh.changed();
 
   bigint created = atom->nlocal - nlocal_before, all = 0;
   MPI_Allreduce(&created, &all, 1, MPI_LMP_BIGINT, MPI_SUM, world);

@@ -9,7 +9,7 @@
 
 #include "defe_cracks.h"
 
-#include "fix_defe.h"
+#include "defe_system.h"
 
 #include "atom.h"
 #include "domain.h"
@@ -46,7 +46,7 @@ defe::CrackMemory memory_of(const defe::CrackJoint &law)
 
 }    // namespace
 
-DefeCracks::DefeCracks(LAMMPS *lmp, FixDefe *host) : Pointers(lmp), fix(host), jt(host->jt) {}
+DefeCracks::DefeCracks(LAMMPS *lmp, DefeSystem *s) : Pointers(lmp), sys(s), jt(s->joints) {}
 
 void DefeCracks::set_strengths(int n, std::vector<double> strength,
                                std::vector<defe::CrackNuclei> of_nuclei,
@@ -89,7 +89,7 @@ void DefeCracks::prepare()
     const int i = jt.self[d];
     id[d] = atom->tag[i];
     type[d] = static_cast<unsigned char>(atom->type[i]);
-    for (int k = 0; k < 3; k++) X[d][k] = fix->x_frame(i)[k];
+    for (int k = 0; k < 3; k++) X[d][k] = sys->store.x_frame(i)[k];
   }
   partner.assign(nall, {-1, -1, -1, -1, -1, -1});
   other.assign(nall, {0, 0, 0, 0, 0, 0});
@@ -443,7 +443,7 @@ defe::GeneralCell DefeCracks::cell(int d) const
       c.dX[s] = c.face[s];
       c.tie = static_cast<unsigned char>(c.tie | 1u << s);
     } else if (nb != jt.self[d])
-      c.dX[s] = Vec3(fix->x_frame(nb)) - Vec3(X[d].data());
+      c.dX[s] = Vec3(sys->store.x_frame(nb)) - Vec3(X[d].data());
   }
   return c;
 }
@@ -554,7 +554,7 @@ void DefeCracks::decide()
                            Vec3(atom->x[jt.self[there / 6]]) - Vec3(atom->x[jt.self[joint / 6]])))
       continue;
     forget(joint);
-    fix->touch_at(jt.self[joint / 6]).cracks.push_back(crack);
+    sys->store.touch_at(jt.self[joint / 6]).cracks.push_back(crack);
     noted.push_back(joint);
     remember(joint, start.memory);
   }
@@ -615,7 +615,7 @@ void DefeCracks::end_of_step()
 
 JointCrack *DefeCracks::find(int joint) const
 {
-  AtomTouch *t = fix->touches(jt.self[joint / 6]);
+  AtomTouch *t = sys->store.touches(jt.self[joint / 6]);
   if (t)
     for (auto &c : t->cracks)
       if (c.slot == joint % 6) return &c;
@@ -624,7 +624,7 @@ JointCrack *DefeCracks::find(int joint) const
 
 void DefeCracks::forget(int joint)
 {
-  AtomTouch *t = fix->touches(jt.self[joint / 6]);
+  AtomTouch *t = sys->store.touches(jt.self[joint / 6]);
   if (!t) return;
   auto &list = t->cracks;
   list.erase(std::remove_if(list.begin(), list.end(),

@@ -26,7 +26,7 @@ namespace LAMMPS_NS {
     joints (6 * DE + slot) are those of JointTable. */
 class DefeCracks : protected Pointers {
  public:
-  DefeCracks(class LAMMPS *, class FixDefe *);
+  DefeCracks(class LAMMPS *, struct DefeSystem *);
 
   /** Strength of joints between DEs of two types, [types][types]; infinite where another law has them. */
   void set_strengths(int types, std::vector<double> sigma_t, std::vector<defe::CrackNuclei>,
@@ -102,7 +102,7 @@ class DefeCracks : protected Pointers {
   double memory_usage() const;
 
  private:
-  FixDefe *fix;
+  DefeSystem *sys;
   JointTable &jt;
   int types = 0;
   std::vector<double> sigma_t;

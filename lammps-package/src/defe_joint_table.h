@@ -44,6 +44,8 @@ struct JointTable {
   };
   std::vector<Apart> apart;    // JointSlot::apart, where there is one; by DE
   double distance_apart(int d, tagint other) const;
+  /** A DE has no contact with an element that it is tied to. */
+  bool tied(int atom, tagint element) const;
   std::vector<int> pending;     // 6 * DE + slot of the joints that switch in the next step
   std::vector<int> newborn;     // DEs whose first force evaluation is to come
   std::vector<int> cohesive;    // 6 * DE + slot of the cohesive joints and ties that I compute

@@ -19,7 +19,7 @@
 namespace LAMMPS_NS {
 
 /** Of restart files; another one whenever what DEFE writes into them changes. */
-constexpr char RESTART_FORMAT[8] = "DEFE 12";
+constexpr char RESTART_FORMAT[8] = "DEFE 13";
 
 /** What travels with an element: it is kept by the atom that is its first node. */
 struct HexPod {
@@ -30,8 +30,8 @@ struct HexPod {
   signed char nbface[6];    // the face seen from that element
   signed char nbrot[6];     // position, on that face, of the first node of ours
   signed char nbpart[6];    // part of that element
-  signed char marked;       // it converts at FixDefe::convert_step
-  int part;                 // index into FixDefe::parts
+  signed char marked;       // it converts at the step that DefeMarks has scheduled
+  int part;                 // index into DefeModel::parts
   double volume;            // reference volume
 };
 
@@ -42,7 +42,7 @@ struct HexExtra {
 };
 
 struct HexRecord : HexPod {
-  int kernel = -1;    // index into FixDefe::kernels, -1 = look it up again
+  int kernel = -1;    // index into DefeElements::batches(), -1 = look it up again
   std::unique_ptr<HexExtra> extra;
   HexExtra &with_extra()
   {
@@ -100,7 +100,7 @@ struct DERecord {
   // surface; else its radius and the face of a cube
   double outer_distance, outer_area;
   int newborn;    // 1 until the first force evaluation (energy of conversion)
-  tagint lot;     // of its ID, see FixDefe::de_tag()
+  tagint lot;     // of its ID, see DefeIds::de_tag()
   JointSlot slot[6];
 };
 

@@ -9,7 +9,7 @@
 
 #include "fix_defe_wall.h"
 
-#include "fix_defe.h"
+#include "defe_system.h"
 
 #include "atom.h"
 #include "domain.h"
@@ -121,12 +121,12 @@ int FixDefeWall::setmask()
 
 void FixDefeWall::init()
 {
-  fe = nullptr;
+  sys = nullptr;
   for (auto *ifix : modify->get_fix_list()) {
     if (ifix == this) break;
-    if (strcmp(ifix->style, "defe") == 0) fe = dynamic_cast<FixDefe *>(ifix);
+    if (strcmp(ifix->style, "defe") == 0) sys = DefeSystem::of(ifix);
   }
-  if (!fe)
+  if (!sys)
     error->all(
         FLERR,
         "Fix {} defe/wall holds the nodes and DEs of a fix defe, which must be defined before "
@@ -136,14 +136,15 @@ void FixDefeWall::init()
   // the stiffness is that of the body, if it is not rigid itself
 
   stiffest = 0.0;
-  for (const auto &p : fe->parts)
-    if (!fe->material_of(p).rigid()) stiffest = MAX(stiffest, fe->material_of(p).elastic().bulk());
+  for (const auto &p : sys->model.parts)
+    if (!sys->model.material_of(p).rigid())
+      stiffest = MAX(stiffest, sys->model.material_of(p).elastic().bulk());
   if (!(stiffest > 0.0))
     error->all(
         FLERR,
         "Fix {} defe/wall: all parts are rigid, but the stiffness of the contact is that of a "
         "material: define one in fix {} that is not rigid",
-        id, fe->id);
+        id, sys->host->id);
 
   if (!region_id.empty()) {
     region = domain->get_region_by_id(region_id);
@@ -216,26 +217,27 @@ void FixDefeWall::pre_neighbor()
   const double skin = neighbor->skin;
 
   const auto bulk_of = [&](int part) {
-    const auto &m = fe->material_of(fe->parts[part]);
+    const auto &m = sys->model.material_of(sys->model.parts[part]);
     return m.rigid() ? stiffest : m.elastic().bulk();
   };
 
   for (int i = 0; i < atom->nlocal; i++) {
-    if (fe->de_record(i)) {
+    if (sys->store.de(i)) {
       if (!(mask[i] & groupbit)) continue;
-      const auto &r = *fe->de_record(i);
+      const auto &r = *sys->store.de(i);
       find_overlaps(x[i], r.outer_distance + skin);
       if (overlaps.empty()) continue;
       const double k = factor * bulk_of(r.part) * 0.5 * r.outer_area * r.outer_area / r.volume;
       spheres.push_back({i, r.outer_distance, k});
       continue;
     }
-    for (const auto &h : fe->hexes_of(i)) {
+    for (const auto &h : sys->store.hexes(i)) {
       int idx[8];
       bool known = false;
       for (int f = 0; f < 6; f++) {
         if (h.nb[f] > 0) continue;
-        if (!known && !fe->local_hex(h, i, idx)) break;    // fix defe has stopped the run before
+        if (!known && !sys->elements.local_hex(h, i, idx))
+          break;    // fix defe has stopped the run before
         known = true;
         Face face;
         bool near = false, in_group = true;
@@ -243,7 +245,7 @@ void FixDefeWall::pre_neighbor()
         for (int a = 0; a < 4; a++) {
           const int j = face.node[a] = idx[defe::fe::hex_face[f][a]];
           in_group = in_group && (mask[j] & groupbit);
-          reference[a] = Vec3(fe->x_frame(j));
+          reference[a] = Vec3(sys->store.x_frame(j));
           find_overlaps(x[j], skin);
           near = near || !overlaps.empty();
         }
@@ -254,7 +256,7 @@ void FixDefeWall::pre_neighbor()
       }
     }
   }
-  if (noted) fe->ledger.conv_strain += noted_energy - energy_now();
+  if (noted) sys->ledger.conv_strain += noted_energy - energy_now();
   noted = false;
 }
 
@@ -350,9 +352,10 @@ void FixDefeWall::push_faces()
           double power;
           force[a] += defe::wall_friction(Vec3(v[i]), normal[a], push[a], friction,
                                           STICK * atom->rmass[i] / dt, power);
-          if (!update->setupflag) fe->ledger.friction += power * dt;
+          if (!update->setupflag) sys->ledger.friction += power * dt;
         }
-        for (int k = 0; k < 3; k++) f[i][k] += fe->on_grid(fe->force_grid, force[a][k], i);
+        for (int k = 0; k < 3; k++)
+          f[i][k] += sys->sums.on_grid(sys->sums.force_grid(), force[a][k], i);
         tally(-depth[a] * normal[a], force[a]);
       }
     }
@@ -370,7 +373,7 @@ void FixDefeWall::push_spheres()
     const int i = s.atom;
     find_overlaps(atom->x[i], s.reach);
     if (overlaps.empty()) continue;
-    const bool loose = rubs && fe->is_loose(i);
+    const bool loose = rubs && sys->store.is_loose(i);
     for (const auto &o : overlaps) {
       const double push = s.k * o.depth;
       energy += 0.5 * push * o.depth;
@@ -389,12 +392,12 @@ void FixDefeWall::push_spheres()
         if (loose) {
           const Vec3 moment = arm.cross(drag);
           for (int k = 0; k < 3; k++)
-            atom->torque[i][k] += fe->on_grid(fe->torque_grid, moment[k], i);
+            atom->torque[i][k] += sys->sums.on_grid(sys->sums.torque_grid(), moment[k], i);
         }
         force += drag;
-        if (!update->setupflag) fe->ledger.friction += power * dt;
+        if (!update->setupflag) sys->ledger.friction += power * dt;
       }
-      for (int k = 0; k < 3; k++) f[i][k] += fe->on_grid(fe->force_grid, force[k], i);
+      for (int k = 0; k < 3; k++) f[i][k] += sys->sums.on_grid(sys->sums.force_grid(), force[k], i);
       tally(-arm, force);
     }
   }

@@ -55,7 +55,7 @@ class FixDefeWall : public Fix {
   class Region *region = nullptr;
   double factor = 0.2, friction = 0.0;
   double stiffest = 0.0;    // bulk modulus of any part, for rigid ones
-  class FixDefe *fe = nullptr;
+  struct DefeSystem *sys = nullptr;
 
   // what may touch the wall before the next reneighbouring
 

@@ -10,7 +10,7 @@
 #include "pair_defe_joint.h"
 
 #include "defe_cracks.h"
-#include "fix_defe.h"
+#include "defe_system.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -85,9 +85,10 @@ void PairDefeJoint::prepare_cracks()
       strength[k] = coeffs[k].cohesive.sigma_t;
     nuclei[k] = coeffs[k].nuclei;
   }
-  cracks = std::make_unique<DefeCracks>(lmp, fix);
+  cracks = std::make_unique<DefeCracks>(lmp, sys);
   cracks->set_strengths(n, strength, nuclei, table);
-  fix->cracks_ask = with_cracks = cracks->on();
+  with_cracks = cracks->on();
+  sys->marks.let_cracks_ask(with_cracks);
   if (!with_cracks) cracks.reset();
 }
 
@@ -106,9 +107,9 @@ void PairDefeJoint::update_crack_tables()
 bool PairDefeJoint::by_crack(int d, int s) const
 {
   if (!with_cracks) return false;
-  const int other = fix->jt.nb[d][s];
+  const int other = sys->joints.nb[d][s];
   if (other < 0) return false;
-  return !coeffs[atom->type[fix->jt.self[d]] * (atom_types + 1) + atom->type[other]].lattice;
+  return !coeffs[atom->type[sys->joints.self[d]] * (atom_types + 1) + atom->type[other]].lattice;
 }
 
 /* ----------------------------------------------------------------------
@@ -117,7 +118,7 @@ bool PairDefeJoint::by_crack(int d, int s) const
 
 void PairDefeJoint::check_laws()
 {
-  const auto &jt = fix->jt;
+  const auto &jt = sys->joints;
   bigint mine = 0, all = 0;
   int example = MAXSMALLINT, first = MAXSMALLINT;    // types, and the law
   for (int ds = 0; ds < 6 * jt.nde; ds++) {
@@ -126,7 +127,7 @@ void PairDefeJoint::check_laws()
     if (slot.kind != DefeJoint::DE || jt.nb[d][s] < 0 || atom->tag[i] > slot.other) continue;
     if (slot.state != DefeJoint::COHESIVE && !slot.plane && slot.pending != 1) continue;
     bool has_plane = false;
-    if (const AtomTouch *t = fix->touches(i))
+    if (const AtomTouch *t = sys->store.touches(i))
       for (const auto &c : t->cracks) has_plane = has_plane || c.slot == s;
     if (has_plane == by_crack(d, s)) continue;
     const auto types = std::minmax(atom->type[i], atom->type[jt.nb[d][s]]);
@@ -150,8 +151,8 @@ void PairDefeJoint::check_laws()
 
 void PairDefeJoint::note_joint(int ds)
 {
-  fix->jt.rec[ds / 6]->slot[ds % 6].pending = 1;
-  fix->jt.pending.push_back(ds);
+  sys->joints.rec[ds / 6]->slot[ds % 6].pending = 1;
+  sys->joints.pending.push_back(ds);
 }
 
 /* ----------------------------------------------------------------------
@@ -160,7 +161,7 @@ void PairDefeJoint::note_joint(int ds)
 
 void PairDefeJoint::drop_notes()
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   if (with_cracks) cracks->forget_noted();
   std::vector<int> kept;
   for (int ds : jt.pending) {
@@ -175,7 +176,7 @@ void PairDefeJoint::drop_notes()
 
 void PairDefeJoint::decide_cracks()
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   if (update->setupflag) return;
   cracks->mark();
   comm_mode = CRACK_STRESS;
@@ -186,7 +187,7 @@ void PairDefeJoint::decide_cracks()
     const int other = jt.partner[joint / 6][joint % 6];
     if (other < 6 * jt.nde) note_joint(other);
   }
-  if (!fix->elements_evaluated()) return;
+  if (!sys->clock.subcycle().due()) return;
   for (int ds : jt.asking) jt.rec[ds / 6]->slot[ds % 6].asks = 0;
   jt.asking = cracks->entered();
   for (int ds : jt.asking) jt.rec[ds / 6]->slot[ds % 6].asks = 1;
@@ -204,7 +205,7 @@ void PairDefeJoint::share_out_release(int d, unsigned leaving)
   double share[6];
   cracks->release(d, leaving, share);
   for (int s = 0; s < 6; s++)
-    if ((leaving & 1u << s) && by_crack(d, s)) fix->jt.rec[d]->slot[s].stored = share[s];
+    if ((leaving & 1u << s) && by_crack(d, s)) sys->joints.rec[d]->slot[s].stored = share[s];
 }
 
 /* ----------------------------------------------------------------------
@@ -213,7 +214,7 @@ void PairDefeJoint::share_out_release(int d, unsigned leaving)
 
 void PairDefeJoint::begin_cracks()
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   cracks->cut_noted();
   std::array<double, 6> share{};
   for (size_t k = 0; k < jt.pending.size(); k++) {    // they are sorted
@@ -227,7 +228,7 @@ void PairDefeJoint::begin_cracks()
 
 void PairDefeJoint::take_over_cracks()
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   for (int ds : jt.cohesive) {
     const int d = ds / 6, s = ds % 6;
     JointSlot &slot = jt.rec[d]->slot[s];
@@ -245,7 +246,7 @@ void PairDefeJoint::take_over_cracks()
 
 void PairDefeJoint::crack_forces(int d, int s)
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   const double dt = update->setupflag ? 0.0 : update->dt;
   JointSlot &slot = jt.rec[d]->slot[s];
   if (DefeCracks::rests(slot.plane, dt)) return;
@@ -255,7 +256,7 @@ void PairDefeJoint::crack_forces(int d, int s)
       cracks->advance(6 * d + s, law, coeff.cohesive, with_contact ? coeff.friction : 0.0, dt);
   const double stored = law.stored;
 
-  auto &ledger = fix->ledger;
+  auto &ledger = sys->ledger;
   ledger.fracture += r.fracture;
   ledger.friction += r.rubbed;
   ledger.release += r.dissipated - r.fracture;
@@ -263,7 +264,7 @@ void PairDefeJoint::crack_forces(int d, int s)
   slot.pending = 0;
   slot.lost += r.dissipated;
   slot.stored = stored;
-  fix->stored.cohesive += stored;
+  sys->stored.cohesive += stored;
 
   if (slot.state == DefeJoint::COHESIVE && law.broken) {
     close_plane(d, s);
@@ -284,14 +285,15 @@ void PairDefeJoint::crack_forces(int d, int s)
 void PairDefeJoint::apply_crack(int d, int s, const defe::CrackForces &r)
 {
   if (r.force.squaredNorm() == 0.0) return;
-  const auto &jt = fix->jt;
+  const auto &jt = sys->joints;
   const int there = cracks->other_end(6 * d + s);
   const int end[2] = {d, there / 6};
   const int i = jt.self[d];
   const bool vflag = vflag_global || vflag_atom;
   const auto pull = [&](int e, const Vec3 &by) {
     const int k = jt.self[e];
-    for (int c = 0; c < 3; c++) atom->f[k][c] += fix->on_grid(fix->force_grid, by[c], k);
+    for (int c = 0; c < 3; c++)
+      atom->f[k][c] += sys->sums.on_grid(sys->sums.force_grid(), by[c], k);
     if (!vflag || e == d) return;
     // relative to the first DE: its own force has no share then
     const double *xk = atom->x[k], *xi = atom->x[i];
@@ -319,7 +321,7 @@ void PairDefeJoint::apply_crack(int d, int s, const defe::CrackForces &r)
 
 void PairDefeJoint::close_plane(int d, int s)
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   for (int ds : {6 * d + s, jt.partner[d][s]}) {
     if (ds < 0 || ds >= 6 * jt.nde) continue;
     jt.rec[ds / 6]->slot[ds % 6].state = DefeJoint::CONTACT;
@@ -335,7 +337,7 @@ void PairDefeJoint::close_plane(int d, int s)
 
 void PairDefeJoint::part_crack(int d, int s)
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   cracks->forget(6 * d + s);
   cracks->part(6 * d + s);
   const int other = jt.partner[d][s];
@@ -353,7 +355,7 @@ void PairDefeJoint::part_crack(int d, int s)
 
 void PairDefeJoint::adopt_state(int ds, int state)
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   const int d = ds / 6, s = ds % 6;
   JointSlot &slot = jt.rec[d]->slot[s];
   if ((state & PENDING) && slot.pending != 1) note_joint(ds);
@@ -365,15 +367,15 @@ void PairDefeJoint::adopt_state(int ds, int state)
   slot.state = static_cast<signed char>(slot.plane ? DefeJoint::CONTACT : state);
   if (state != DefeJoint::CONTACT) return;
   const int i = jt.self[d], j = jt.nb[d][s];
-  // see FixDefe::distance_if_swung()
+  // see DefeConversion::distance_if_swung()
   if (was_plane) set_apart(ds, (1.0 - 1.0e-9) * (Vec3(atom->x[j]) - Vec3(atom->x[i])).norm());
   add_candidate(i, j, slot.apart);
 }
 
 void PairDefeJoint::set_apart(int ds, double distance)
 {
-  auto &list = fix->jt.apart;
-  JointSlot &slot = fix->jt.rec[ds / 6]->slot[ds % 6];
+  auto &list = sys->joints.apart;
+  JointSlot &slot = sys->joints.rec[ds / 6]->slot[ds % 6];
   slot.apart = distance;
   const auto behind = std::find_if(list.begin(), list.end(), [ds](const JointTable::Apart &a) {
     return a.de > ds / 6;
@@ -385,7 +387,7 @@ void PairDefeJoint::set_apart(int ds, double distance)
 
 int PairDefeJoint::pack_state(int d, double *buf) const
 {
-  const auto &jt = fix->jt;
+  const auto &jt = sys->joints;
   int bits = 0, m = 1;
   for (int s = 0; s < 6; s++) {
     int state = jt.state[6 * d + s];
@@ -402,7 +404,7 @@ int PairDefeJoint::pack_state(int d, double *buf) const
 
 int PairDefeJoint::unpack_state(int d, const double *buf)
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   const int bits = static_cast<int>(buf[0]);
   int m = 1;
   for (int s = 0; s < 6; s++) {

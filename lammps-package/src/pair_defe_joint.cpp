@@ -16,7 +16,7 @@
 #include "defe_cracks.h"
 #include "defe_restart_file.h"
 
-#include "fix_defe.h"
+#include "defe_system.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -189,10 +189,9 @@ void PairDefeJoint::init_style()
     error->all(FLERR, "Pair style defe/* needs 'newton off on' or 'newton on'");
 
   map_types();
-  auto fixes = modify->get_fix_by_style("^defe$");
-  if (fixes.empty()) error->all(FLERR, "Pair style defe/* joins the DEs of a fix defe: define one");
-  fix = dynamic_cast<FixDefe *>(fixes.front());
-  fix->build_topology();
+  sys = DefeSystem::find(lmp);
+  if (!sys) error->all(FLERR, "Pair style defe/* joins the DEs of a fix defe: define one");
+  sys->mesh.build();
   screen_built = candidates_built = -1;    // it may be another fix than before
 
   // no neighbour list is requested: nodes are the most of all atoms and would fill it, see
@@ -202,8 +201,8 @@ void PairDefeJoint::init_style()
 
   table.clear();
   young.clear();
-  for (const auto &p : fix->parts) {
-    const auto &m = fix->material_of(p);
+  for (const auto &p : sys->model.parts) {
+    const auto &m = sys->model.material_of(p);
     table.push_back({m.elastic().lambda(), m.elastic().mu()});
     young.push_back(m.elastic().E);
     if (m.rigid()) table.back() = {0.0, 0.0};
@@ -223,16 +222,16 @@ double PairDefeJoint::init_one(int i, int j)
     if (atom->type[k] == j) mine[1] = MAX(mine[1], atom->radius[k]);
   }
   MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_MAX, world);
-  const double ri = MAX(all[0], MAX(fix->max_de_radius(i), fix->radius_to_come(i)));
-  const double rj = MAX(all[1], MAX(fix->max_de_radius(j), fix->radius_to_come(j)));
-  if (i == j && fix->max_de_radius(i) > 0.0 && force->pair != this)
+  const double ri = MAX(all[0], MAX(sys->mesh.max_de_radius(i), sys->checks.radius_to_come(i)));
+  const double rj = MAX(all[1], MAX(sys->mesh.max_de_radius(j), sys->checks.radius_to_come(j)));
+  if (i == j && sys->mesh.max_de_radius(i) > 0.0 && force->pair != this)
     return ri + MAX(ri, largest_met_by_others(i));
   if (ri > 0.0 && rj > 0.0) return ri + rj;
 
   // nodes have no radius and enter no list; but without any cutoff LAMMPS adds no skin and puts all
   // atoms into one bin
 
-  return 0.05 * fix->largest_element();
+  return 0.05 * sys->mesh.max_diagonal();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -240,9 +239,9 @@ double PairDefeJoint::init_one(int i, int j)
 void PairDefeJoint::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
-  auto &stored = fix->stored;
+  auto &stored = sys->stored;
   stored = defe::StoredEnergy();
-  if (fix->des_total > 0) {
+  if (sys->census.des() > 0) {
     update_screen();
     if (with_cohesive) switch_joints();    // of the last step
     connective_and_ties();
@@ -273,7 +272,7 @@ void PairDefeJoint::tally(const double *del, const double *force, int i)
 
 void PairDefeJoint::connective_and_ties()
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   double **x = atom->x;
   double **f = atom->f;
   const int n = jt.nde;
@@ -313,7 +312,7 @@ void PairDefeJoint::connective_and_ties()
                                           reinterpret_cast<const double(*)[6]>(jt.half.data()),
                                           jt.material.data()};
     defe::corner_strain_orthogonal(lattice, &x[0][0], jt.tie_point.data(), table.data(), half,
-                                   jt.energy.data(), fix->reproducible);
+                                   jt.energy.data(), sys->model.reproducible);
   }
   for (int d = jt.north; d < n; d++) {
     const double *xi = x[jt.self[d]];
@@ -335,9 +334,9 @@ void PairDefeJoint::connective_and_ties()
   // both halves of each joint; ties act on the nodes of the face
 
   reached.clear();
-  auto &stored = fix->stored;
+  auto &stored = sys->stored;
   const bool vflag = vflag_global || vflag_atom;
-  const auto &grid = fix->force_grid;
+  const auto &grid = sys->sums.force_grid();
   for (int d = 0; d < n; d++) {
     const int i = jt.self[d];
     double fi[3] = {0.0, 0.0, 0.0};
@@ -376,7 +375,7 @@ void PairDefeJoint::connective_and_ties()
         }
       }
     }
-    for (int k = 0; k < 3; k++) f[i][k] += fix->on_grid(grid, fi[k], i);
+    for (int k = 0; k < 3; k++) f[i][k] += sys->sums.on_grid(grid, fi[k], i);
     const double e = jt.energy[d];
     if (ties) {
       stored.ties += e * ties / (joints + ties);
@@ -388,7 +387,7 @@ void PairDefeJoint::connective_and_ties()
   // strain energy of DEs after their conversion, to set against what was there before
 
   for (int d : jt.newborn) {
-    fix->ledger.conv_strain -= jt.energy[d];
+    sys->ledger.conv_strain -= jt.energy[d];
     jt.rec[d]->newborn = 0;
   }
   jt.newborn.clear();
@@ -401,11 +400,11 @@ void PairDefeJoint::connective_and_ties()
 
 void PairDefeJoint::update_screen()
 {
-  if (screen_built == fix->tables_built) return;
-  screen_built = fix->tables_built;
+  if (screen_built == sys->tables.built()) return;
+  screen_built = sys->tables.built();
   if (update->setupflag && with_cohesive) check_laws();
   if (with_cracks) update_crack_tables();
-  const auto &jt = fix->jt;
+  const auto &jt = sys->joints;
   const std::array<double, 6> never = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
   screen.assign(jt.nde, never);
   mirrored.clear();
@@ -414,7 +413,8 @@ void PairDefeJoint::update_screen()
     for (int s = 0; s < 6; s++) {
       const int i = jt.self[d], j = jt.nb[d][s];
       const bool tie = j < 0;
-      const auto *adhesive = tie ? fix->adhesive_of(jt.material[d], jt.tie_part[~j]) : nullptr;
+      const auto *adhesive = tie ? sys->model.adhesive_of(jt.material[d], jt.tie_part[~j])
+                                 : nullptr;
       if (tie ? !adhesive : jt.partner[d][s] < 0) continue;
       if (!tie && atom->tag[i] > atom->tag[j]) {
         if (jt.partner[d][s] >= 6 * jt.nde) mirrored.push_back(6 * d + s);
@@ -436,7 +436,7 @@ void PairDefeJoint::update_screen()
 
 void PairDefeJoint::criterion()
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   double **x = atom->x;
   drop_notes();
 
@@ -447,7 +447,7 @@ void PairDefeJoint::criterion()
     const double *h = &jt.half_force[d][3 * s];
 
     if (j < 0) {    // a tie: all of its force is the DE's half
-      const auto &par = fix->adhesive_of(jt.material[d], slot.part)->law;
+      const auto &par = sys->model.adhesive_of(jt.material[d], slot.part)->law;
       const TiePoint tie = tie_point(d, s);
       const Vec3 t = Vec3(h) / slot.area;
       const double tn = t.dot(tie.normal);
@@ -506,7 +506,7 @@ void PairDefeJoint::criterion()
 
 template <class F> void PairDefeJoint::for_drops(F f)
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   std::sort(jt.pending.begin(), jt.pending.end());
   for (size_t k = 0; k < jt.pending.size();) {
     const int d = jt.pending[k] / 6;
@@ -524,14 +524,14 @@ template <class F> void PairDefeJoint::for_drops(F f)
 
 double PairDefeJoint::release_of_pending()
 {
-  const auto &jt = fix->jt;
+  const auto &jt = sys->joints;
   double **v = atom->v;
   double release = 0.0;
   for_drops([&](int d, unsigned leaving) {
     Vec3 before[6], after[6];
     const unsigned present = jt.present[d];
-    const double drop =
-        fix->de_energy(d, present, before) - fix->de_energy(d, present & ~leaving, after);
+    const double drop = sys->tables.de_energy(d, present, before) -
+        sys->tables.de_energy(d, present & ~leaving, after);
     double work = 0.0;
     for (int s = 0; s < 6; s++) {
       if (!(present & 1u << s)) continue;
@@ -545,7 +545,7 @@ double PairDefeJoint::release_of_pending()
     }
     release += drop - 0.5 * work;
     // a DE beside a conversion of this step: its drop is no loss of the conversion
-    if (jt.rec[d]->newborn) fix->ledger.conv_strain -= drop;
+    if (jt.rec[d]->newborn) sys->ledger.conv_strain -= drop;
   });
   return release;
 }
@@ -557,8 +557,8 @@ double PairDefeJoint::release_of_pending()
 void PairDefeJoint::switch_joints()
 {
   if (update->setupflag) return;
-  auto &jt = fix->jt;
-  fix->ledger.release += release_of_pending();
+  auto &jt = sys->joints;
+  sys->ledger.release += release_of_pending();
   if (with_cracks) begin_cracks();
   for (int ds : jt.pending) {
     const int d = ds / 6, s = ds % 6;
@@ -573,7 +573,7 @@ void PairDefeJoint::switch_joints()
     slot.pending = 2;    // its energy is booked with its first force
     slot.stored = slot.lost = 0.0;
     jt.cohesive.push_back(ds);
-    if (!tie) fix->note_damage();
+    if (!tie) sys->account.note_damage();
     if (!tie && by_crack(d, s)) continue;    // it is named when its strength is known
     if (!tie && with_cracks) cracks->cut(ds);
     event(d, s, tie ? defe::EventKind::ADHESIVE : defe::EventKind::COHESIVE,
@@ -588,7 +588,7 @@ void PairDefeJoint::switch_joints()
 
 Vec3 PairDefeJoint::face_normal(int d, int s, const Vec3 &along) const
 {
-  const auto &jt = fix->jt;
+  const auto &jt = sys->joints;
   double **x = atom->x;
   const double *xi = x[jt.self[d]];
   const auto &cell = jt.cell[d - jt.north];
@@ -612,7 +612,7 @@ Vec3 PairDefeJoint::face_normal(int d, int s, const Vec3 &along) const
 
 void PairDefeJoint::set_broken(int d, int s)
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   for (int ds : {6 * d + s, jt.partner[d][s]}) {
     if (ds < 0 || ds >= 6 * jt.nde) continue;
     jt.rec[ds / 6]->slot[ds % 6].state = DefeJoint::CONTACT;
@@ -624,14 +624,14 @@ void PairDefeJoint::set_broken(int d, int s)
 
 void PairDefeJoint::event(int d, int s, defe::EventKind what, double value)
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   const int i = jt.self[d], j = jt.nb[d][s];
   const JointSlot &slot = jt.rec[d]->slot[s];
   const bool tie = slot.kind == DefeJoint::TIE;
-  const double *Xi = fix->x_frame(i), *Xj = tie ? nullptr : fix->x_frame(j);
+  const double *Xi = sys->store.x_frame(i), *Xj = tie ? nullptr : sys->store.x_frame(j);
   defe::Event e;
   e.step = update->ntimestep;
-  e.time = fix->now();
+  e.time = sys->clock.now();
   e.what = what;
   e.a = atom->tag[i];
   e.b = slot.other;
@@ -647,7 +647,7 @@ void PairDefeJoint::event(int d, int s, defe::EventKind what, double value)
   const double frame[3] = {e.x[0], e.x[1], e.x[2]};
   domain->unmap(frame, atom->image[i], e.x);    // reference positions are never wrapped
   e.value = value;
-  fix->record_event(e);
+  sys->events.record(e);
 }
 
 /* ----------------------------------------------------------------------
@@ -656,7 +656,7 @@ void PairDefeJoint::event(int d, int s, defe::EventKind what, double value)
 
 PairDefeJoint::TiePoint PairDefeJoint::tie_point(int d, int s) const
 {
-  const auto &jt = fix->jt;
+  const auto &jt = sys->joints;
   double **x = atom->x;
   const auto &node = jt.tie_node[~jt.nb[d][s]];
   Vec3 p[4], point = Vec3::Zero(), middle = Vec3::Zero();
@@ -699,13 +699,13 @@ double PairDefeJoint::release_of_step(JointSlot &slot, const defe::CohesiveResul
 
 void PairDefeJoint::cohesive_tie(int d, int s)
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   double **v = atom->v;
   double **f = atom->f;
   const double dt = update->setupflag ? 0.0 : update->dt;
   JointSlot &slot = jt.rec[d]->slot[s];
   const int i = jt.self[d];
-  const auto &law = fix->adhesive_of(jt.material[d], slot.part)->law;
+  const auto &law = sys->model.adhesive_of(jt.material[d], slot.part)->law;
   const auto &moduli = table[jt.material[d]];
   const auto stiffness = defe::joint_stiffness(moduli.lambda, moduli.mu, jt.len[d][s]);
   const auto &node = jt.tie_node[~jt.nb[d][s]];
@@ -728,7 +728,7 @@ void PairDefeJoint::cohesive_tie(int d, int s)
 
   // of all that is lost until it breaks, G_f is the share of the fracture energy
 
-  auto &ledger = fix->ledger;
+  auto &ledger = sys->ledger;
   const double delta_c = 2.0 * law.G_f / state.s0;
   const double share = delta_c / (delta_c + state.s0 / stiffness.k_n);
   const double lost = slot.area * r.dissipated;
@@ -745,15 +745,15 @@ void PairDefeJoint::cohesive_tie(int d, int s)
     event(d, s, defe::EventKind::DEBONDED, r.damage);
     return;
   }
-  fix->stored.cohesive += slot.stored;
+  sys->stored.cohesive += slot.stored;
 
   const Vec3 force = slot.area * (r.t_n * n + r.t_s);
   const Vec3 turn = tie.inertia_inverse * tie.y.cross(force);
-  const auto &grid = fix->force_grid;
-  for (int k = 0; k < 3; k++) f[i][k] += fix->on_grid(grid, force[k], i);
+  const auto &grid = sys->sums.force_grid();
+  for (int k = 0; k < 3; k++) f[i][k] += sys->sums.on_grid(grid, force[k], i);
   for (int a = 0; a < 4; a++) {
     const Vec3 on_node = turn.cross(tie.arm[a]) - defe::tie_weight[a] * force;
-    for (int k = 0; k < 3; k++) f[node[a]][k] += fix->on_grid(grid, on_node[k], node[a]);
+    for (int k = 0; k < 3; k++) f[node[a]][k] += sys->sums.on_grid(grid, on_node[k], node[a]);
     if (vflag_global || vflag_atom) {
       // relative to the DE: its own force has no share then
       const double *xa = atom->x[node[a]], *xi = atom->x[i];
@@ -769,7 +769,7 @@ void PairDefeJoint::cohesive_tie(int d, int s)
 
 void PairDefeJoint::cohesive_forces()
 {
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   double **x = atom->x;
   double **v = atom->v;
   double **f = atom->f;
@@ -816,12 +816,12 @@ void PairDefeJoint::cohesive_forces()
     const double delta_c = 2.0 * c.cohesive.G_f / state.s0;
     const double share = delta_c / (delta_c + state.s0 / stiffness.k_n);
     const double lost = slot.area * r.dissipated;
-    fix->ledger.fracture += share * lost;
-    fix->ledger.release += (1.0 - share) * lost;
+    sys->ledger.fracture += share * lost;
+    sys->ledger.release += (1.0 - share) * lost;
     slot.lost += lost;
     if (!update->setupflag) slot.stored = slot.area * r.stored;
     if (r.broken) slot.stored = 0.0;
-    fix->ledger.release += release_of_step(slot, r);
+    sys->ledger.release += release_of_step(slot, r);
 
     if (r.broken) {
       set_broken(d, s);
@@ -829,7 +829,7 @@ void PairDefeJoint::cohesive_forces()
       continue;
     }
     jt.cohesive[kept++] = jt.cohesive[q];
-    fix->stored.cohesive += slot.stored;
+    sys->stored.cohesive += slot.stored;
 
     const Vec3 force = on_grid(slot.area * (r.t_n * n + r.t_s), i, false);
     const Vec3 moment = on_grid(0.5 * y.cross(force), i, true);
@@ -863,11 +863,11 @@ void PairDefeJoint::add_candidate(int i, int j, double apart)
 
 void PairDefeJoint::update_candidates()
 {
-  if (candidates_built == fix->tables_built) return;
-  candidates_built = fix->tables_built;
+  if (candidates_built == sys->tables.built()) return;
+  candidates_built = sys->tables.built();
   candidates.clear();
-  auto &jt = fix->jt;
-  if (fix->des_total > 0) {
+  auto &jt = sys->joints;
+  if (sys->census.des() > 0) {
     jt.material.resize(jt.nall);    // those of ghosts come from their owners
     comm_mode = PARTS;
     comm->forward_comm(this, 1);
@@ -883,7 +883,7 @@ void PairDefeJoint::update_candidates()
 
   std::vector<int> small(jt.self), large;
   double largest = 0.0;
-  for (int i : small) largest = MAX(largest, MAX(radius[i], fix->reach_of(i)));
+  for (int i : small) largest = MAX(largest, MAX(radius[i], sys->surface.reach_of(i)));
   const double limit = 4.0 * largest;
   for (int i = 0; i < nall; i++) {
     if (radius[i] == 0.0 || (!jt.of_atom.empty() && jt.of_atom[i] >= 0)) continue;
@@ -908,7 +908,8 @@ void PairDefeJoint::update_candidates()
       std::swap(i, j);
     }
     const double reach =
-        (with_ball ? fix->reach_of(i) + fix->reach_of(j) : radius[i] + radius[j]) + skin;
+        (with_ball ? sys->surface.reach_of(i) + sys->surface.reach_of(j) : radius[i] + radius[j]) +
+        skin;
     double rsq = 0.0;
     for (int k = 0; k < 3; k++) rsq += (x[i][k] - x[j][k]) * (x[i][k] - x[j][k]);
     if (rsq >= reach * reach) return;
@@ -950,7 +951,7 @@ void PairDefeJoint::update_candidates()
 
 void PairDefeJoint::forget_touch(int i, int j)
 {
-  AtomTouch *t = fix->touches(i);
+  AtomTouch *t = sys->store.touches(i);
   if (!t) return;
   for (auto &s : t->spheres)
     if (s.other == atom->tag[j]) {
@@ -968,13 +969,14 @@ void PairDefeJoint::pull_exactly(const int *node, const double *force)
 {
   for (int a = 0; a < 4; a++)
     for (int k = 0; k < 3; k++)
-      atom->f[node[a]][k] -= fix->on_grid(fix->force_grid, defe::tie_weight[a] * force[k], node[a]);
+      atom->f[node[a]][k] -=
+          sys->sums.on_grid(sys->sums.force_grid(), defe::tie_weight[a] * force[k], node[a]);
 }
 
 Vec3 PairDefeJoint::on_grid(Vec3 value, int i, bool torque)
 {
-  const auto &grid = torque ? fix->torque_grid : fix->force_grid;
-  for (double &v : value) v = fix->on_grid(grid, v, i);
+  const auto &grid = torque ? sys->sums.torque_grid() : sys->sums.force_grid();
+  for (double &v : value) v = sys->sums.on_grid(grid, v, i);
   return value;
 }
 
@@ -986,7 +988,7 @@ void PairDefeJoint::contact_forces()
 {
   update_candidates();
   std::sort(broken_now.begin(), broken_now.end());
-  const auto &jt = fix->jt;
+  const auto &jt = sys->joints;
   double **x = atom->x;
   double **v = atom->v;
   double **f = atom->f;
@@ -1011,7 +1013,7 @@ void PairDefeJoint::contact_forces()
       continue;
     }
     // the two owners compute the same numbers if both begin with the same DE
-    const bool turned = fix->reproducible && atom->tag[i] > atom->tag[j];
+    const bool turned = sys->model.reproducible && atom->tag[i] > atom->tag[j];
     const int a = turned ? j : i, b = turned ? i : j;
     const double sign = turned ? -1.0 : 1.0;
     const bool whole = j < nlocal;    // else the other half belongs to the other owner
@@ -1025,7 +1027,7 @@ void PairDefeJoint::contact_forces()
     // spheres of flat cells overlap from the start: contact begins at the reference distance
 
     if (!apart) {
-      const double *Xa = fix->x_frame(a), *Xb = fix->x_frame(b);
+      const double *Xa = sys->store.x_frame(a), *Xb = sys->store.x_frame(b);
       double ref = 0.0;
       for (int k = 0; k < 3; k++) ref += (Xa[k] - Xb[k]) * (Xa[k] - Xb[k]);
       reach = MIN(reach, std::sqrt(ref));
@@ -1082,16 +1084,16 @@ void PairDefeJoint::contact_forces()
       }
     }
     const double share = whole ? 1.0 : 0.5;
-    fix->stored.contact += share * r.stored;
+    sys->stored.contact += share * r.stored;
     // a joint that broke while it was pressed: this much of what it held is still here
     if (!broken_now.empty() &&
         std::binary_search(
             broken_now.begin(), broken_now.end(),
             std::make_pair(MIN(atom->tag[i], atom->tag[j]), MAX(atom->tag[i], atom->tag[j]))))
-      fix->ledger.release -= share * r.stored;
+      sys->ledger.release -= share * r.stored;
     if (!update->setupflag) {
-      fix->ledger.damping += share * r.damped;
-      fix->ledger.friction += share * r.rubbed;
+      sys->ledger.damping += share * r.damped;
+      sys->ledger.friction += share * r.rubbed;
     }
     if (vflag_global || vflag_atom) {
       const double half[3] = {share * del[0], share * del[1], share * del[2]};
@@ -1111,10 +1113,10 @@ void PairDefeJoint::contact_with_ball(int i, int j)
   double **x = atom->x;
   double **v = atom->v;
   double **omega = atom->omega;
-  const auto &jt = fix->jt;
+  const auto &jt = sys->joints;
   const double dt = update->setupflag ? 0.0 : update->dt;
   const Vec3 del = Vec3(x[i]) - Vec3(x[j]), speed = Vec3(v[i]) - Vec3(v[j]);
-  const double ri = fix->reach_of(i), rj = atom->radius[j], distance = del.norm();
+  const double ri = sys->surface.reach_of(i), rj = atom->radius[j], distance = del.norm();
   const double overlap = ri + rj - distance;
   SphereTouch *touch = find_touch(i, j);
   const bool inherits = touch && touch->inherit >= 0.0;
@@ -1125,7 +1127,7 @@ void PairDefeJoint::contact_with_ball(int i, int j)
   }
   const int part = jt.material[jt.of_atom[i]];
   const double area = jt.rec[jt.of_atom[i]]->outer_area;
-  const double k_area = fix->ball_stiffness(part, i) / area;
+  const double k_area = sys->surface.ball_stiffness(part, i) / area;
   const Coeff &coeff = coeff_of(atom->type[i], atom->type[j]);
   if (!(k_area > 0.0)) return;
   if (!touch) {
@@ -1152,7 +1154,7 @@ void PairDefeJoint::contact_with_ball(int i, int j)
   r.stored += push.energy - 0.5 * push.force * deep;
   if (inherits) {
     // the kicks of velocity Verlet belong to the old force up to half-way between the two steps
-    fix->ledger.conv_strain -=
+    sys->ledger.conv_strain -=
         push.energy + 0.5 * dt * (push.force - touch->push) * speed.dot(del) / distance;
     touch->inherit = -1.0;
   }
@@ -1161,8 +1163,8 @@ void PairDefeJoint::contact_with_ball(int i, int j)
     r.stored += 0.5 * par.kt * (Vec3(touch->shear).squaredNorm() - history.squaredNorm());
   else {
     for (int k = 0; k < 3; k++) touch->shear[k] = history[k];
-    fix->ledger.damping += r.damped;
-    fix->ledger.friction += r.rubbed;
+    sys->ledger.damping += r.damped;
+    sys->ledger.friction += r.rubbed;
   }
   const Vec3 force = on_grid(r.force, i, false);
   const Vec3 torque_i = on_grid(r.torque_i, i, true), torque_j = on_grid(r.torque_j, j, true);
@@ -1172,13 +1174,13 @@ void PairDefeJoint::contact_with_ball(int i, int j)
     atom->torque[i][k] += torque_i[k];
     atom->torque[j][k] += torque_j[k];
   }
-  fix->stored.contact += r.stored;
+  sys->stored.contact += r.stored;
   if (vflag_global || vflag_atom) tally(del.data(), r.force.data(), i);
 }
 
 SphereTouch *PairDefeJoint::find_touch(int i, int j)
 {
-  AtomTouch *t = fix->touches(i);
+  AtomTouch *t = sys->store.touches(i);
   if (t)
     for (auto &s : t->spheres)
       if (s.other == atom->tag[j]) return &s;
@@ -1187,7 +1189,7 @@ SphereTouch *PairDefeJoint::find_touch(int i, int j)
 
 SphereTouch &PairDefeJoint::new_touch(int i, int j)
 {
-  auto &list = fix->touch_at(i).spheres;
+  auto &list = sys->store.touch_at(i).spheres;
   list.push_back({atom->tag[j], {0.0, 0.0, 0.0}, 0.0, -1.0, 0.0});
   return list.back();
 }
@@ -1198,7 +1200,7 @@ int PairDefeJoint::pack_forward_comm(int n, int *list, double *buf, int, int *)
 {
   if (n == 0) return 0;    // tiled ranks send empty messages, too
   if (comm_mode == CRACK_STRESS) return cracks->pack_stress(n, list, buf);
-  const auto &jt = fix->jt;
+  const auto &jt = sys->joints;
   int m = 0;
   for (int k = 0; k < n; k++) {
     const int d = jt.of_atom[list[k]];
@@ -1224,7 +1226,7 @@ void PairDefeJoint::unpack_forward_comm(int n, int first, double *buf)
     cracks->unpack_stress(first, buf);
     return;
   }
-  auto &jt = fix->jt;
+  auto &jt = sys->joints;
   int m = 0;
   for (int i = first; i < first + n; i++) {
     const int d = jt.of_atom[i];

@@ -60,7 +60,7 @@ class PairDefeJoint : public Pair {
     defe::Vec3 point;        // where it crosses the border between the two
     defe::Vec3 normal;       // out of the DE
   };
-  /** Of slot s of DE d in FixDefe::jt; of a cohesive joint, d is the DE of the lower ID. */
+  /** Of slot s of DE d in DefeSystem::joints; of a cohesive joint, d is the DE of the lower ID. */
   JointView view(int d, int s) const;
 
   /** Of all coefficients. */
@@ -88,7 +88,7 @@ class PairDefeJoint : public Pair {
   Coeff &coeff_of(int i, int j) { return coeffs[i * (atom_types + 1) + j]; }
   int atom_types = 0;
 
-  class FixDefe *fix = nullptr;
+  struct DefeSystem *sys = nullptr;
 
   std::vector<defe::CornerModuli> table;    // per part
   std::vector<double> young;                // per part

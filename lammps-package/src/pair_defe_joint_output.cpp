@@ -9,7 +9,7 @@
 #include "pair_defe_joint.h"
 
 #include "defe_cracks.h"
-#include "fix_defe.h"
+#include "defe_system.h"
 
 #include "atom.h"
 
@@ -25,7 +25,7 @@ using defe::Vec3;
 
 PairDefeJoint::JointView PairDefeJoint::view(int d, int s) const
 {
-  const auto &jt = fix->jt;
+  const auto &jt = sys->joints;
   const JointSlot &slot = jt.rec[d]->slot[s];
   const bool tie = slot.kind == DefeJoint::TIE;
   const int i = jt.self[d], j = jt.nb[d][s];
@@ -77,7 +77,7 @@ PairDefeJoint::JointView PairDefeJoint::view(int d, int s) const
 
   const auto &moduli = table[jt.material[d]];
   const auto stiffness = defe::joint_stiffness(moduli.lambda, moduli.mu, jt.len[d][s]);
-  const auto &law = tie ? fix->adhesive_of(jt.material[d], slot.part)->law
+  const auto &law = tie ? sys->model.adhesive_of(jt.material[d], slot.part)->law
                         : coeffs[atom->type[i] * (atom_types + 1) + atom->type[j]].cohesive;
   auto state = defe::CohesiveState::unpack(slot.cohesive);
   const auto r = defe::cohesive_update(state, 0.0, Vec3::Zero(), stiffness, law);

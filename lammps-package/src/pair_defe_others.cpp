@@ -9,7 +9,7 @@
 
 #include "pair_defe_joint.h"
 
-#include "fix_defe.h"
+#include "defe_system.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -105,12 +105,12 @@ void PairDefeJoint::map_types()
 
 void PairDefeJoint::check_coefficients()
 {
-  const int n = atom_types + 1, nparts = static_cast<int>(fix->parts.size());
+  const int n = atom_types + 1, nparts = static_cast<int>(sys->model.parts.size());
   std::vector<int> mine(static_cast<size_t>(nparts) * n, 0), has(mine.size());
   for (int p = 0; p < nparts; p++)
-    if (fix->parts[p].convertible) mine[p * n + fix->parts[p].type] = 1;
+    if (sys->model.parts[p].convertible) mine[p * n + sys->model.parts[p].type] = 1;
   for (int i = 0; i < atom->nlocal; i++)
-    if (const auto *r = fix->de_record(i)) mine[r->part * n + atom->type[i]] = 1;
+    if (const auto *r = sys->store.de(i)) mine[r->part * n + atom->type[i]] = 1;
   MPI_Allreduce(mine.data(), has.data(), static_cast<int>(mine.size()), MPI_INT, MPI_MAX, world);
 
   const std::string style = force->pair_match_ptr(this);
@@ -121,8 +121,8 @@ void PairDefeJoint::check_coefficients()
     for (int t = 1; t < n; t++) {
       if (!has[p * n + t]) continue;
       if (part_of[t] < 0) part_of[t] = p;
-      const auto &part = fix->parts[p];
-      const auto &m = fix->material_of(part);
+      const auto &part = sys->model.parts[p];
+      const auto &m = sys->model.material_of(part);
       const Coeff &c = coeff_of(t, t);
       const std::string who = t == part.type
           ? fmt::format("DEs of part {} have type {}", part.name, t)
@@ -143,7 +143,7 @@ void PairDefeJoint::check_coefficients()
                    "nu {} (or write 'connective material')",
                    t, t, c.E, c.nu, m.name, part.name, m.elastic().E, m.elastic().nu);
       if (with_cohesive && t == part.type && comm->me == 0) {
-        const double d = 2.0 * fix->max_de_radius(t);
+        const double d = 2.0 * sys->mesh.max_de_radius(t);
         const double limit =
             defe::toughness_limit(m.elastic().E, c.cohesive.G_f, c.cohesive.sigma_t);
         if (d > limit)
@@ -167,8 +167,8 @@ void PairDefeJoint::check_coefficients()
       error->all(FLERR,
                  "DEs of parts {} and {} have types {} and {}: give 'pair_coeff {} {}{}' with{}{} "
                  "coefficients",
-                 fix->parts[part_of[t]].name, fix->parts[part_of[u]].name, t, u, t, u, named,
-                 with_cohesive ? " cohesive" : "", with_contact ? " contact" : "");
+                 sys->model.parts[part_of[t]].name, sys->model.parts[part_of[u]].name, t, u, t, u,
+                 named, with_cohesive ? " cohesive" : "", with_contact ? " contact" : "");
     }
 
   meets_des.assign(n, 0);
@@ -187,7 +187,7 @@ void PairDefeJoint::note_other_spheres()
   if (others_noted || force->pair != this) return;
   bigint mine = 0, all = 0;
   for (int i = 0; i < atom->nlocal; i++)
-    if (atom->radius[i] > 0.0 && !fix->de_record(i)) mine++;
+    if (atom->radius[i] > 0.0 && !sys->store.de(i)) mine++;
   MPI_Allreduce(&mine, &all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (all < 2) return;
   others_noted = true;

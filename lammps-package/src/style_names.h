@@ -7,6 +7,7 @@
 #ifndef LMP_DEFE_STYLE_NAMES_H
 #define LMP_DEFE_STYLE_NAMES_H
 
+#include "fix.h"
 #include "utils.h"
 
 #include <algorithm>
@@ -21,6 +22,18 @@ template <size_t N> bool one_of(const char *const (&patterns)[N], const std::str
   return std::any_of(std::begin(patterns), std::end(patterns), [&style](const char *pattern) {
     return utils::strmatch(style, pattern);
   });
+}
+
+/// Without the suffix of an accelerator package.
+inline std::string plain_style(const Fix *ifix)
+{
+  std::string style = ifix->style;
+  for (const char *suffix : {"/omp", "/kk", "/intel", "/opt", "/gpu"}) {
+    const std::string s = suffix;
+    if (style.size() > s.size() && style.compare(style.size() - s.size(), s.size(), s) == 0)
+      style.resize(style.size() - s.size());
+  }
+  return style;
 }
 
 }    // namespace LAMMPS_NS

@@ -3,7 +3,8 @@
 
 #include "fuzz_lammps.h"
 
-#include "fix_defe.h"
+#include "defe_system.h"
+#include "fix.h"
 #include "modify.h"
 
 #include <algorithm>
@@ -30,7 +31,7 @@ std::unique_ptr<LAMMPS> with_nodes()
                 "thermo_modify lost ignore"});
 }
 
-void read_mesh(FixDefe *fix, const std::vector<std::string> &lines)
+void read_mesh(Fix *fix, const std::vector<std::string> &lines)
 {
   std::string line = lines[0].substr(0, LINE) + "\n";
   fix->read_data_header(line.data());
@@ -55,11 +56,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
   const auto lines = lines_of(data, size);
   if (lines.empty()) return 0;
   if (!lmp) lmp = with_nodes();
-  auto *fix = dynamic_cast<FixDefe *>(lmp->modify->get_fix_by_id("fe"));
+  auto *fix = lmp->modify->get_fix_by_id("fe");
   bool changed = false;
   const bool wrong = refused([&] {
     read_mesh(fix, lines);
-    for (int i = 0; i < lmp->atom->nlocal; i++) changed = changed || !fix->hexes_of(i).empty();
+    for (int i = 0; i < lmp->atom->nlocal; i++)
+      changed = changed || !DefeSystem::of(fix)->store.hexes(i).empty();
     if (changed) lmp->input->one("run 0");
   });
   if (wrong || changed) lmp.reset();

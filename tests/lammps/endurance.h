@@ -89,10 +89,10 @@ inline void shatter(int n, int steps, double conversions)
   EXPECT_EQ(lmp.fe(ELEMENTS), hexes - converted);
   // every DE is there, and every node that still has elements
   bigint mine[2] = {0, 0}, all[2];
-  const auto &fix = fix_defe(lmp);
+  const auto &store = defe_system(lmp).store;
   for (int i = 0; i < lmp->atom->nlocal; i++) {
-    mine[0] += fix.de_record(i) != nullptr;
-    mine[1] += fix.de_record(i) == nullptr && fix.elements_at(i) == 0;
+    mine[0] += store.de(i) != nullptr;
+    mine[1] += store.de(i) == nullptr && store.elements_at(i) == 0;
   }
   MPI_Allreduce(mine, all, 2, MPI_LMP_BIGINT, MPI_SUM, MPI_COMM_WORLD);
   EXPECT_EQ(static_cast<double>(all[0]), lmp.fe(DES));

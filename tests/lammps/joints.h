@@ -6,7 +6,7 @@
 
 #include "lammps_run.h"
 
-#include "fix_defe.h"
+#include "defe_system.h"
 
 #include <array>
 #include <map>
@@ -25,21 +25,22 @@ struct Joint {
 };
 using Joints = std::map<std::pair<tagint, int>, Joint>;
 
-inline LAMMPS_NS::FixDefe &fix_defe(Lammps &lmp)
+inline LAMMPS_NS::DefeSystem &defe_system(Lammps &lmp)
 {
   int dim;
   auto *fix = lmp->modify->get_fix_by_id("fe");
-  if (!fix || !fix->extract("defe", dim)) throw std::runtime_error("no fix fe of style defe");
-  return *static_cast<LAMMPS_NS::FixDefe *>(fix->extract("defe", dim));
+  void *system = fix ? fix->extract("defe", dim) : nullptr;
+  if (!system) throw std::runtime_error("no fix fe of style defe");
+  return *static_cast<LAMMPS_NS::DefeSystem *>(system);
 }
 
 /// All slots with a joint or a tie, of all ranks, by (DE, slot).
 inline Joints joints(Lammps &lmp)
 {
-  const auto &fix = fix_defe(lmp);
+  const auto &store = defe_system(lmp).store;
   std::vector<Joint> mine;
   for (int i = 0; i < lmp->atom->nlocal; i++) {
-    const auto *de = fix.de_record(i);
+    const auto *de = store.de(i);
     if (!de) continue;
     for (int s = 0; s < 6; s++) {
       const auto &slot = de->slot[s];
@@ -47,7 +48,7 @@ inline Joints joints(Lammps &lmp)
       const bool softening =
           slot.state == LAMMPS_NS::DefeJoint::COHESIVE && lmp->atom->tag[i] < slot.other;
       double kappa = softening ? slot.cohesive[5] : 0.0;
-      if (const auto *touch = const_cast<LAMMPS_NS::FixDefe &>(fix).touches(i))
+      if (const auto *touch = store.touches(i))
         for (const auto &c : touch->cracks)
           if (softening && c.slot == s) kappa = c.law.kappa;
       mine.push_back({lmp->atom->tag[i], s, slot.kind, slot.state, slot.pending, slot.other,

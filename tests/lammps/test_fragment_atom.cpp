@@ -36,10 +36,10 @@ Totals totals(Lammps &lmp, const std::string &id)
 /// The same on one rank from all records, by breadth-first search: lowest ID of each atom's piece.
 Labels search(Lammps &lmp)
 {
-  const auto &fix = fix_defe(lmp);
+  const auto &store = defe_system(lmp).store;
   std::vector<LAMMPS_NS::HexPod> mine;
   for (int i = 0; i < lmp->atom->nlocal; i++)
-    for (const auto &hex : fix.hexes_of(i)) mine.push_back(hex);
+    for (const auto &hex : store.hexes(i)) mine.push_back(hex);
   std::map<tagint, std::vector<tagint>> next;
   const auto join = [&](tagint a, tagint b) {
     next[a].push_back(b);

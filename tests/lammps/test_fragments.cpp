@@ -83,14 +83,14 @@ struct Spread {
       tagint tag;
       int rank;
     };
-    const auto &fix = fix_defe(lmp);
+    const auto &store = defe_system(lmp).store;
     const auto *atom = lmp->atom;
     std::vector<Owned> mine;
     std::vector<LAMMPS_NS::HexPod> hexes;
     const int me = rank_of(MPI_COMM_WORLD);
     for (int i = 0; i < atom->nlocal; i++) {
       mine.push_back({atom->tag[i], me});
-      for (const auto &hex : fix.hexes_of(i)) hexes.push_back(hex);
+      for (const auto &hex : store.hexes(i)) hexes.push_back(hex);
     }
     std::map<tagint, int> now;
     for (const auto &o : lmp.gather(mine)) now[o.tag] = o.rank;

@@ -60,15 +60,15 @@ std::map<tagint, uint64_t> checksums(Lammps &lmp)
     uint64_t sum;
   };
   std::vector<One> mine;
-  const auto &fix = fix_defe(lmp);
+  const auto &store = defe_system(lmp).store;
   const auto *atom = lmp->atom;
   for (int i = 0; i < atom->nlocal; i++) {
     defe::Checksum sum;
     for (double **of : {atom->x, atom->v, atom->f, atom->omega, atom->torque})
       sum.add(of[i], 3 * sizeof(double));
     sum.add(&atom->rmass[i], sizeof(double));
-    if (const auto *de = fix.de_record(i)) sum.add(de->slot, sizeof(de->slot));
-    if (const auto *touch = const_cast<LAMMPS_NS::FixDefe &>(fix).touches(i)) {
+    if (const auto *de = store.de(i)) sum.add(de->slot, sizeof(de->slot));
+    if (const auto *touch = store.touches(i)) {
       auto spheres = touch->spheres;    // in no order
       std::sort(spheres.begin(), spheres.end(), [](const auto &a, const auto &b) {
         return a.other < b.other;
@@ -83,7 +83,7 @@ std::map<tagint, uint64_t> checksums(Lammps &lmp)
         sum.add(static_cast<const defe::ContactHistory *>(&f), sizeof(defe::ContactHistory));
     }
     auto hexes = std::vector<const LAMMPS_NS::HexRecord *>();
-    for (const auto &h : fix.hexes_of(i)) hexes.push_back(&h);
+    for (const auto &h : store.hexes(i)) hexes.push_back(&h);
     std::sort(hexes.begin(), hexes.end(), [](const auto *a, const auto *b) {
       return a->id < b->id;
     });

@@ -340,7 +340,7 @@ TEST(Balance, NumbersThatAreNone)
   Lammps lmp;
   lmp.commands(Block().script() + "velocity nodes set 1 0 0\nrun 10\n");
   if (rank_of(MPI_COMM_WORLD) == size_of(MPI_COMM_WORLD) - 1)
-    fix_defe(lmp).ledger.fracture = std::nan("");
+    defe_system(lmp).ledger.fracture = std::nan("");
   EXPECT_THAT(failure(lmp, "run 20"),
               AllOf(HasSubstr("Entry 15 of f_fe is no number at step 30"), HasSubstr("pair_coeff"),
                     HasSubstr("unstable")));

@@ -10,14 +10,14 @@
 // sum depends neither on ranks nor on order. It is there without a pair style of DEFE, too, and finds
 // records that came to the wrong atom in memory.
 
-#include "fix_defe.h"
-
 #include "defe_restart_file.h"
+#include "defe_system.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "fix.h"
 #include "modify.h"
 #include "update.h"
 
@@ -35,7 +35,7 @@ static constexpr int BESIDE_RECORD = 2;    // doubles: the step, the checksum
    be defined anew before this fix.
 ------------------------------------------------------------------------- */
 
-uint64_t FixDefe::restart_checksum(int i, const double *record, int n) const
+uint64_t DefeRestart::checksum_of(int i, const double *record, int n) const
 {
   // positions are remapped into the box when the file is read: a second time changes nothing
 
@@ -59,19 +59,19 @@ uint64_t FixDefe::restart_checksum(int i, const double *record, int n) const
    the same record as in an exchange with each atom, the cumulative energies once
 ------------------------------------------------------------------------- */
 
-int FixDefe::pack_restart(int i, double *buf)
+int DefeRestart::pack(int i, double *buf) const
 {
   // the step tells files of different restarts apart, of which a set may be left by a run that was
   // killed
-  int m = pack_record(i, buf);
+  int m = sys.store.pack(i, buf);
   buf[m++] = ubuf(update->ntimestep).d;
   buf[0] = m + 1;    // as LAMMPS wants it
-  const uint64_t sum = restart_checksum(i, buf, m);
+  const uint64_t sum = checksum_of(i, buf, m);
   memcpy(&buf[m++], &sum, sizeof(sum));
   return m;
 }
 
-void FixDefe::unpack_restart(int i, int nth)
+bool DefeRestart::unpack(int i, int nth)
 {
   // the records of all fixes come one after the other, each with its size at the front: sizes are
   // not believed beyond the room that LAMMPS has
@@ -93,31 +93,25 @@ void FixDefe::unpack_restart(int i, int nth)
   const int size = good ? size_at(m) : 0;
   uint64_t sum = 0;
   if (size > BESIDE_RECORD) memcpy(&sum, &record[size - 1], sizeof(sum));
-  if (size <= BESIDE_RECORD || sum != restart_checksum(i, record, size - 1)) {
-    if (restart_check.damaged++ == 0 || atom->tag[i] < restart_check.first)
-      restart_check.first = atom->tag[i];
-    set_arrays(i);    // check_restart() ends this
-    return;
+  if (size <= BESIDE_RECORD || sum != checksum_of(i, record, size - 1)) {
+    if (read_.damaged++ == 0 || atom->tag[i] < read_.first) read_.first = atom->tag[i];
+    return false;
   }
-  restart_check.records++;
-  restart_check.sum += sum;
-  unpack_record(i, record);
+  read_.records++;
+  read_.sum += sum;
+  sys.store.unpack(i, record);
 
-  const auto step = static_cast<bigint>(ubuf(record[size - 2]).i);
-  if (step != restart_step) {
-    restart_check.other_steps++;
-    restart_check.other_step = MAX(restart_check.other_step, step);
+  const auto its_step = static_cast<bigint>(ubuf(record[size - 2]).i);
+  if (its_step != step) {
+    read_.other_steps++;
+    read_.other_step = MAX(read_.other_step, its_step);
   }
+  return true;
 }
 
-int FixDefe::size_restart(int i)
+int DefeRestart::size(int i) const
 {
-  return record_size(i) + BESIDE_RECORD;
-}
-
-int FixDefe::maxsize_restart()
-{
-  return restart_maxsize;
+  return sys.store.record_size(i) + BESIDE_RECORD;
 }
 
 /* ----------------------------------------------------------------------
@@ -144,10 +138,11 @@ struct FixesOfFile : Modify {
 
 }    // namespace
 
-void FixDefe::check_restart()
+void DefeRestart::check()
 {
-  if (!restart_reset) {
-    const std::string other = FixesOfFile::other_id(modify, style, id);
+  if (!sys.host->restart_reset) {
+    const char *id = sys.host->id;
+    const std::string other = FixesOfFile::other_id(modify, sys.host->style, id);
     if (!other.empty())
       error->all(FLERR,
                  "The restart file has the elements of fix {} defe, but this fix has the ID {}: "
@@ -155,10 +150,10 @@ void FixDefe::check_restart()
                  other, id, other);
     return;
   }
-  if (!restart_check.unread) return;
-  restart_check.unread = false;
+  if (!read_.unchecked) return;
+  read_.unchecked = false;
 
-  const auto &c = restart_check;
+  const auto &c = read_;
   bigint mine[3] = {c.records, c.damaged, c.other_steps}, all[3];
   MPI_Allreduce(mine, all, 3, MPI_LMP_BIGINT, MPI_SUM, world);
   bigint last[2] = {c.damaged ? -static_cast<bigint>(c.first) : -MAXBIGINT, c.other_step}, most[2];
@@ -175,7 +170,7 @@ void FixDefe::check_restart()
     error->all(FLERR,
                "Restart files do not belong together: {} atoms are of step {}, the base file of "
                "step {}; use an older set of files",
-               all[2], most[1], restart_step);
+               all[2], most[1], step);
   if (all[0] != c.records_of_file || sum != c.sum_of_file)
     error->all(
         FLERR,
@@ -185,23 +180,26 @@ void FixDefe::check_restart()
         all[0], c.records_of_file);
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   what is kept of the run as a whole: a state of each that has one
+------------------------------------------------------------------------- */
 
 namespace {
+
 struct GlobalState {
   char format[8];
   double ledger[defe::EnergyLedger::size];
-  bigint des_total, hexes_total, conversions_total;
-  tagint de_base, last_element, last_id, last_born;
-  int lots_moved, start_done, hexes_per_node;
-  double dt_finite, dt_discrete, dt_joints, max_diagonal, max_facet, first_conversion, first_damage;
-  double largest_force;
-  bigint through, nodes_total, des_gone, kept_step, kept_natoms;
-  bigint step, events_lines, events_bytes, events_elements;
+  DefeCensus::State census;
+  DefeIds::State ids;
+  DefeMesh::State mesh;
+  DefeAccount::State first;
+  DefeKept::State kept;
   defe::Subcycle::State subcycle;
-  double mass_total, mass_gone, max_step_length;
+  bigint step, start_done, let_through;
+  bigint events_lines, events_bytes, events_elements;
+  uint64_t events_run, events_mesh, events_sum;
   bigint records;    // of atoms, and the sum of their checksums
-  uint64_t records_sum, kept_law, events_run, events_mesh, events_sum;
+  uint64_t records_sum;
   uint64_t after, after_sum;    // bytes that follow, and their checksum
   uint64_t own_sum;             // of all this, with 0 here
 };
@@ -211,91 +209,90 @@ uint64_t own_sum(GlobalState g)
   g.own_sum = 0;
   return defe::checksum(&g, sizeof(g));
 }
-}    // namespace
 
-void FixDefe::write_restart(FILE *fp)
+void put_events(GlobalState &g, const defe::EventLog::Written &written)
 {
-  flush_events();    // else those up to here would be missing when the run is killed later
-  if (running) keep_forces();
-
-  double mine[defe::EnergyLedger::size];
-  ledger.pack(mine);
-  GlobalState g;
-  memset(static_cast<void *>(&g), 0, sizeof(g));    // gaps, too: they are in the checksum
-  memcpy(g.format, RESTART_FORMAT, sizeof(RESTART_FORMAT));
-
-  // the largest record is asked of rank 0 alone, after this
-
-  int largest = BESIDE_RECORD + 1;
-  const bigint nlocal = atom->nlocal;
-  uint64_t sum = 0;
-  for (int i = 0; i < nlocal; i++) {
-    const int size = size_restart(i);
-    if (size > static_cast<int>(scratch.size())) scratch.resize(size);
-    pack_restart(i, scratch.data());
-    uint64_t one;
-    memcpy(&one, &scratch[size - 1], sizeof(one));
-    sum += one;
-    largest = MAX(largest, size);
-  }
-  MPI_Allreduce(&largest, &restart_maxsize, 1, MPI_INT, MPI_MAX, world);
-  MPI_Reduce(&sum, &g.records_sum, 1, MPI_UINT64_T, MPI_SUM, 0, world);
-  MPI_Reduce(&nlocal, &g.records, 1, MPI_LMP_BIGINT, MPI_SUM, 0, world);
-
-  MPI_Reduce(mine, g.ledger, defe::EnergyLedger::size, MPI_DOUBLE, MPI_SUM, 0, world);
-  MPI_Reduce(&mass_gone, &g.mass_gone, 1, MPI_DOUBLE, MPI_SUM, 0, world);
-  MPI_Reduce(&des_gone, &g.des_gone, 1, MPI_LMP_BIGINT, MPI_SUM, 0, world);
-  MPI_Reduce(&through_count, &g.through, 1, MPI_LMP_BIGINT, MPI_SUM, 0, world);
-  g.nodes_total = nodes_total;
-  g.mass_total = mass_total;
-  g.max_step_length = max_step_length;
-  g.subcycle = subcycle.state();
-  g.kept_step = kept_step;
-  g.kept_law = kept_law;
-  g.step = update->ntimestep;
-  const defe::EventLog::Written written = event_log.written();
   g.events_lines = written.lines;
   g.events_bytes = written.bytes;
   g.events_elements = written.elements;
   g.events_run = written.run;
   g.events_mesh = written.mesh;
   g.events_sum = written.sum;
-  g.kept_natoms = kept_natoms;
-  g.des_total = des_total;
-  g.hexes_total = hexes_total;
-  g.conversions_total = conversions_total;
-  double first[2] = {first_conversion, first_damage}, both[2];
-  for (auto &t : first)
-    if (t < 0.0) t = HUGE_VAL;
-  MPI_Allreduce(first, both, 2, MPI_DOUBLE, MPI_MIN, world);
-  g.first_conversion = both[0] == HUGE_VAL ? -1.0 : both[0];
-  g.first_damage = both[1] == HUGE_VAL ? -1.0 : both[1];
-  g.de_base = de_base;
-  g.last_element = last_element;
-  g.last_id = last_id;
-  g.last_born = last_born;
-  g.lots_moved = lots_moved;
-  g.start_done = start_done;
-  g.hexes_per_node = hexes_per_node;
-  g.dt_finite = dt_finite;
-  g.dt_discrete = dt_discrete;
-  g.dt_joints = dt_joints;
-  g.max_diagonal = max_diagonal;
-  g.max_facet = max_facet;
-  g.largest_force = largest_force;
-  if (comm->me == 0) {
-    const std::string rest = pack_script();
-    g.after = rest.size();
-    g.after_sum = defe::checksum(rest.data(), rest.size());
-    g.own_sum = own_sum(g);
-    const int bytes = static_cast<int>(sizeof(GlobalState) + rest.size());
-    fwrite(&bytes, sizeof(int), 1, fp);
-    fwrite(&g, sizeof(GlobalState), 1, fp);
-    fwrite(rest.data(), 1, rest.size(), fp);
-  }
 }
 
-void FixDefe::restart(char *buf)
+defe::EventLog::Written events_of(const GlobalState &g)
+{
+  defe::EventLog::Written written;
+  written.lines = g.events_lines;
+  written.bytes = g.events_bytes;
+  written.elements = g.events_elements;
+  written.run = g.events_run;
+  written.mesh = g.events_mesh;
+  written.sum = g.events_sum;
+  return written;
+}
+
+}    // namespace
+
+void DefeRestart::write(FILE *fp)
+{
+  sys.events.flush();    // else those up to here would be missing when the run is killed later
+  if (sys.kept.running()) sys.kept.keep();
+
+  GlobalState g;
+  memset(static_cast<void *>(&g), 0, sizeof(g));    // gaps, too: they are in the checksum
+  memcpy(g.format, RESTART_FORMAT, sizeof(RESTART_FORMAT));
+  add_records(g.records_sum, g.records);
+
+  double mine[defe::EnergyLedger::size];
+  sys.ledger.pack(mine);
+  MPI_Reduce(mine, g.ledger, defe::EnergyLedger::size, MPI_DOUBLE, MPI_SUM, 0, world);
+  sys.census.pack(g.census);
+  sys.ids.pack(g.ids);
+  sys.mesh.pack(g.mesh);
+  sys.account.pack(g.first);
+  sys.kept.pack(g.kept);
+  g.subcycle = sys.clock.subcycle().state();
+  g.step = update->ntimestep;
+  g.start_done = sys.conversion.start_done();
+  g.let_through = sys.surface.all_let_through();
+  put_events(g, sys.events.written());
+  if (comm->me) return;
+  const std::string rest = sys.script.pack();
+  g.after = rest.size();
+  g.after_sum = defe::checksum(rest.data(), rest.size());
+  g.own_sum = own_sum(g);
+  const int bytes = static_cast<int>(sizeof(GlobalState) + rest.size());
+  fwrite(&bytes, sizeof(int), 1, fp);
+  fwrite(&g, sizeof(GlobalState), 1, fp);
+  fwrite(rest.data(), 1, rest.size(), fp);
+}
+
+/* ----------------------------------------------------------------------
+   all records and their sum, on the first rank; the largest one is asked of it alone, after this
+------------------------------------------------------------------------- */
+
+void DefeRestart::add_records(uint64_t &all_sums, bigint &records)
+{
+  int most = BESIDE_RECORD + 1;
+  const bigint nlocal = atom->nlocal;
+  uint64_t sum = 0;
+  std::vector<double> record;
+  for (int i = 0; i < nlocal; i++) {
+    const int n = size(i);
+    if (n > static_cast<int>(record.size())) record.resize(n);
+    pack(i, record.data());
+    uint64_t one;
+    memcpy(&one, &record[n - 1], sizeof(one));
+    sum += one;
+    most = MAX(most, n);
+  }
+  MPI_Allreduce(&most, &largest_, 1, MPI_INT, MPI_MAX, world);
+  MPI_Reduce(&sum, &all_sums, 1, MPI_UINT64_T, MPI_SUM, 0, world);
+  MPI_Reduce(&nlocal, &records, 1, MPI_LMP_BIGINT, MPI_SUM, 0, world);
+}
+
+void DefeRestart::read(const char *buf)
 {
   GlobalState g;
   memcpy(static_cast<void *>(&g), buf, sizeof(GlobalState));
@@ -309,68 +306,40 @@ void FixDefe::restart(char *buf)
         FLERR,
         "The restart file is damaged: the checksum of fix defe's part is wrong; use an older "
         "file");
-  restart_check = RestartCheck();
-  restart_check.unread = true;
-  restart_check.records_of_file = g.records;
-  restart_check.sum_of_file = g.records_sum;
-  defe::EventLog::Written written;
-  written.name = unpack_script(buf, g.after);
-  if (comm->me == 0) {
-    ledger.unpack(g.ledger);
-    through_count = g.through;
-    mass_gone = g.mass_gone;
-    des_gone = g.des_gone;
-  }
+  read_ = Read();
+  read_.unchecked = true;
+  read_.records_of_file = g.records;
+  read_.sum_of_file = g.records_sum;
+  auto written = events_of(g);
+  written.name = sys.script.unpack(buf, g.after);
+  auto &subcycle = sys.clock.subcycle();
   if (!subcycle.go_on(g.subcycle))
     error->all(
         FLERR,
         "Fix defe in the restart file had every {}, now every {}: change it only at a step at "
         "which both clocks meet (a multiple of {})",
         g.subcycle.every, subcycle.every(), g.subcycle.every);
-  nodes_total = g.nodes_total;
-  mass_total = g.mass_total;
-  max_step_length = g.max_step_length;
-  kept_step = g.kept_step;
-  kept_law = g.kept_law;
-  restart_step = last_step = g.step;
-  written.lines = g.events_lines;
-  written.bytes = g.events_bytes;
-  written.elements = g.events_elements;
-  written.run = g.events_run;
-  written.mesh = g.events_mesh;
-  written.sum = g.events_sum;
-  event_log.go_on(written, restart_step);
-  kept_natoms = g.kept_natoms;
-  des_total = g.des_total;
-  hexes_total = g.hexes_total;
-  conversions_total = g.conversions_total;
-  first_conversion = g.first_conversion;
-  first_damage = g.first_damage;
-  de_base = g.de_base;
-  last_element = g.last_element;
-  last_id = g.last_id;
-  last_born = g.last_born;
-  lots_moved = g.lots_moved;
-  start_done = g.start_done;
-  notes_due = !start_done;
-  overlaps_told = balls_placed = start_done;
-  through_told = g.through > 0;
-  hexes_per_node = g.hexes_per_node;
-  dt_finite = g.dt_finite;
-  dt_discrete = g.dt_discrete;
-  dt_joints = g.dt_joints;
-  max_diagonal = g.max_diagonal;
-  max_facet = g.max_facet;
-  largest_force = g.largest_force;
-  mesh_dirty = false;
+  if (comm->me == 0) sys.ledger.unpack(g.ledger);
+  sys.census.unpack(g.census);
+  sys.ids.unpack(g.ids);
+  sys.mesh.unpack(g.mesh);
+  sys.account.unpack(g.first);
+  sys.kept.unpack(g.kept);
+  step = g.step;
+  sys.clock.restarted_at(step);
+  sys.events.go_on(written, step);
+  const bool started = g.start_done != 0;
+  sys.conversion.go_on(started);
+  sys.notes.go_on(started);
+  sys.surface.go_on(g.let_through, started);
 }
 
 /* ----------------------------------------------------------------------
    after LAMMPS has written a restart file: it is looked at, and sealed
 ------------------------------------------------------------------------- */
 
-void FixDefe::write_restart_file(const char *name)
+void DefeRestart::written(const char *name)
 {
-  if (running) drop_kept_forces();
+  if (sys.kept.running()) sys.kept.drop();
   seal_restart_file(lmp, name);
 }

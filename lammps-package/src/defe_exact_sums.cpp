@@ -2,19 +2,19 @@
    DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
    https://www.lammps.org/
    This software is distributed under the GNU General Public License.
-
-   reproducible yes: the same bits on any number of ranks. Forces and torques are sums of multiples of
-   one quantum, which are exact (defe/exact_sum.h); every contribution is computed by one formula from
-   the same numbers, wherever that is done; what depends on a whole mesh is rounded before it is summed.
 ------------------------------------------------------------------------- */
 
-#include "fix_defe.h"
+// reproducible yes: the same bits on any number of ranks. Forces and torques are sums of multiples of
+// one quantum, which are exact (defe/exact_sum.h); every contribution is computed by one formula from
+// the same numbers, wherever that is done; what depends on a whole mesh is rounded before it is summed.
 
+#include "defe_system.h"
 #include "style_names.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
+#include "fix.h"
 #include "force.h"
 #include "modify.h"
 #include "update.h"
@@ -29,12 +29,14 @@ using namespace LAMMPS_NS;
    From what a restart file keeps, so that a restart gets the same ones.
 ------------------------------------------------------------------------- */
 
-void FixDefe::make_grids()
+void DefeExactSums::make_grids()
 {
-  if (largest_force > 0.0) {
-    const double force = MAX(1.0, contact_factor) * largest_force;    // contacts may be stiffer
-    force_grid = defe::sum_grid(force);
-    torque_grid = defe::sum_grid(force * MAX(max_diagonal, 2.0 * largest_ball));
+  if (sys.mesh.largest_force() > 0.0) {
+    const double force =
+        MAX(1.0, sys.model.contact_factor) * sys.mesh.largest_force();    // contacts may be stiffer
+    force_grid_ = defe::sum_grid(force);
+    torque_grid_ =
+        defe::sum_grid(force * MAX(sys.mesh.max_diagonal(), 2.0 * sys.ghosts.largest_ball()));
   }
   beyond_grid = -1;
   note_unreproducible();
@@ -44,7 +46,7 @@ void FixDefe::make_grids()
    what LAMMPS does in an order, or with a rounding, that depends on the ranks
 ------------------------------------------------------------------------- */
 
-void FixDefe::note_unreproducible()
+void DefeExactSums::note_unreproducible() const
 {
   if (comm->me) return;
   std::string others;
@@ -78,12 +80,12 @@ void FixDefe::note_unreproducible()
    have arrived
 ------------------------------------------------------------------------- */
 
-void FixDefe::check_range(bool sums)
+void DefeExactSums::check_range(bool sums)
 {
-  const int n = sums && force_grid.on() ? 3 * atom->nlocal : 0;
+  const int n = sums && force_grid_.on() ? 3 * atom->nlocal : 0;
   if (n > 0) {
     const double *f = atom->f[0], *torque = atom->torque[0];
-    const double most[2] = {8.0 * force_grid.limit, 8.0 * torque_grid.limit};
+    const double most[2] = {8.0 * force_grid_.limit, 8.0 * torque_grid_.limit};
     int count = 0;
     for (int i = 0; i < n; i++) count += std::abs(f[i]) > most[0];
     for (int i = 0; i < n; i++) count += std::abs(torque[i]) > most[1];
@@ -97,32 +99,5 @@ void FixDefe::check_range(bool sums)
       "A force on atom {} at step {} near {:.6g} {:.6g} {:.6g} is too large for the exact sums "
       "of fix defe reproducible (limit {:.4g}): the run comes apart, use a smaller timestep, "
       "or do without reproducible",
-      atom->tag[beyond_grid], update->ntimestep, x[0], x[1], x[2], force_grid.limit);
-}
-
-/* ----------------------------------------------------------------------
-   mass of an element: a node's shares can be added and taken away in any order
-------------------------------------------------------------------------- */
-
-double FixDefe::element_mass(const Part &p, double volume) const
-{
-  const double mass = material_of(p).elastic().rho * volume;
-  return reproducible ? defe::short_mass(mass) : mass;
-}
-
-/* ----------------------------------------------------------------------
-   mean size of the elements of a part, to 1e-8; collective
-------------------------------------------------------------------------- */
-
-double FixDefe::mean_size(const std::vector<HexRecord *> &mine, int part) const
-{
-  const double quantum = std::ldexp(1.0, std::ilogb(max_diagonal) - 26);
-  bigint sum[2] = {0, 0}, all[2];
-  for (const auto *h : mine) {
-    if (h->part != part) continue;
-    sum[0] += std::llround(std::cbrt(h->volume) / quantum);
-    sum[1]++;
-  }
-  MPI_Allreduce(sum, all, 2, MPI_LMP_BIGINT, MPI_SUM, world);
-  return quantum * static_cast<double>(all[0]) / static_cast<double>(all[1]);
+      atom->tag[beyond_grid], update->ntimestep, x[0], x[1], x[2], force_grid_.limit);
 }

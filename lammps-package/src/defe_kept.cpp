@@ -11,8 +11,7 @@
 // knows of in advance), or a restart file is written in the middle of one, LAMMPS still has them. The next
 // setup takes them if nothing was changed in between: the run then goes on as if it had not ended.
 
-#include "fix_defe.h"
-
+#include "defe_system.h"
 #include "fix_defe_wall.h"
 #include "pair_defe_joint.h"
 
@@ -27,6 +26,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 using namespace LAMMPS_NS;
 
@@ -34,7 +34,7 @@ using namespace LAMMPS_NS;
    of an atom: all that forces depend on, but for its position, which may be remapped
 ------------------------------------------------------------------------- */
 
-uint64_t FixDefe::kept_motion(int i) const
+uint64_t DefeKept::motion_of(int i) const
 {
   defe::Checksum sum;
   sum.add(atom->v[i], 3 * sizeof(double));
@@ -50,15 +50,16 @@ uint64_t FixDefe::kept_motion(int i) const
    of what the script says about the forces that are kept
 ------------------------------------------------------------------------- */
 
-uint64_t FixDefe::kept_laws() const
+uint64_t DefeKept::laws() const
 {
   defe::Checksum sum;
   auto add = [&sum](const std::string &text) {
     sum.add(text.c_str(), text.size() + 1);
   };
-  const double numbers[2] = {contact_factor, contact_friction};
+  const double numbers[2] = {sys.model.contact_factor, sys.model.contact_friction};
   sum.add(numbers, sizeof(numbers));
-  const int integers[3] = {subcycle.every(), force_lagrangian, reproducible};
+  const int integers[3] = {sys.clock.subcycle().every(), sys.model.force_lagrangian,
+                           sys.model.reproducible};
   sum.add(integers, sizeof(integers));
   add(force->pair_style ? force->pair_style : "none");
   if (const auto *pair = dynamic_cast<PairDefeJoint *>(force->pair_match("^defe/", 0))) {
@@ -75,60 +76,38 @@ uint64_t FixDefe::kept_laws() const
    them again
 ------------------------------------------------------------------------- */
 
-void FixDefe::keep_forces()
+void DefeKept::keep()
 {
-  kept_step = update->ntimestep;
-  kept_natoms = atom->natoms;
-  kept_law = kept_laws();
-  kept.resize(hexes.size());
+  now.step = update->ntimestep;
+  now.natoms = atom->natoms;
+  now.law = laws();
+  kept.resize(room);
   for (int i = 0; i < atom->nlocal; i++) {
-    KeptForces &k = kept[i];
+    Forces &k = kept[i];
     domain->unmap(atom->x[i], atom->image[i], k.x);
-    k.motion = kept_motion(i);
+    k.motion = motion_of(i);
     std::copy_n(atom->f[i], 3, k.f);
     std::copy_n(atom->torque[i], 3, k.torque);
   }
-  for (size_t q = 0; q < forced.size(); q++) {
-    KeptForces &k = kept[forced[q]];
-    std::copy_n(&f_internal[6 * q], 3, k.f);
-    std::copy_n(&f_internal[6 * q + 3], 3, k.torque);
+  for (size_t q = 0; q < sys.work.forced().size(); q++) {
+    Forces &k = kept[sys.work.forced()[q]];
+    std::copy_n(sys.work.internal(q), 3, k.f);
+    std::copy_n(sys.work.internal(q) + 3, 3, k.torque);
   }
-  update_maxexchange();
+  sys.store.update_maxexchange();
 }
 
-void FixDefe::drop_kept_forces()
+void DefeKept::drop()
 {
-  kept = std::vector<KeptForces>();
-  update_maxexchange();
-}
-
-/* ----------------------------------------------------------------------
-   the clock may have been put back or forward since the last step (reset_timestep): shields keep their
-   age, forces of the last step are still those, and what waits for a step goes on waiting as long
-------------------------------------------------------------------------- */
-
-void FixDefe::follow_clock(bigint step)
-{
-  const double time = update->atime + (step - update->atimestep) * update->dt;
-  if (time != clock)
-    for (int i = 0; i < atom->nlocal; i++)
-      for (auto &h : hexes[i])
-        if (h.extra)
-          for (auto &s : h.extra->shields) s.time += time - clock;
-  clock = time;
-  if (kept_step == last_step) kept_step = step;
-  if (convert_step >= 0) {
-    convert_step += step - last_step;
-    next_reneighbor = convert_step;
-  }
-  last_step = step;
+  kept = std::vector<Forces>();
+  sys.store.update_maxexchange();
 }
 
 /* ----------------------------------------------------------------------
    the first step of a run, for which there may have been no setup (run ... pre no)
 ------------------------------------------------------------------------- */
 
-void FixDefe::begin_run()
+void DefeKept::begin_run()
 {
   const bigint step = update->ntimestep - 1;
   if (update->whichflag != 1)
@@ -138,7 +117,7 @@ void FixDefe::begin_run()
         "run around it at step {}, and LAMMPS would go on without a setup: write the pieces one "
         "after the other, in a loop ('label', 'run', 'next', 'jump')",
         step);
-  int changed = needs_setup || (!kept.empty() && !kept_places()) ? 1 : 0, any = 0;
+  int changed = needs_setup || (!kept.empty() && !places_are_those()) ? 1 : 0, any = 0;
   MPI_Allreduce(&changed, &any, 1, MPI_INT, MPI_MAX, world);
   if (any)
     error->all(
@@ -147,40 +126,92 @@ void FixDefe::begin_run()
         "sorted them anew as minimize, write_restart and write_data do, and 'run ... pre no' "
         "would go on with forces and neighbours of before: leave out 'pre no'",
         step);
-  running = true;
-  between_runs = false;
-  follow_clock(step);
-  if (update->dt != checked_dt) check_time_step(false);
-  if (!kept.empty()) drop_kept_forces();
+  running_ = true;
+  sys.account.begin_run();
+  sys.clock.follow(step);
+  if (sys.checks.step_changed()) sys.checks.time_step(false);
+  if (!kept.empty()) drop();
 }
 
 /* ---------------------------------------------------------------------- */
 
-bool FixDefe::kept_places() const
+bool DefeKept::places_are_those() const
 {
-  if (kept_natoms != atom->natoms || (kept.empty() && atom->nlocal > 0)) return false;
+  if (now.natoms != atom->natoms || (kept.empty() && atom->nlocal > 0)) return false;
   for (int i = 0; i < atom->nlocal; i++) {
     double x[3];
     domain->unmap(atom->x[i], atom->image[i], x);
     for (int k = 0; k < 3; k++)
-      if (!(std::abs(x[k] - kept[i].x[k]) <= 1.0e-10 * max_diagonal)) return false;
+      if (!(std::abs(x[k] - kept[i].x[k]) <= 1.0e-10 * sys.mesh.max_diagonal())) return false;
   }
   return true;
 }
 
 /* ---------------------------------------------------------------------- */
 
-void FixDefe::continue_with_kept_forces()
+void DefeKept::take()
 {
-  if (kept_step == update->ntimestep && kept_natoms == atom->natoms && kept_law == kept_laws()) {
-    int same = kept_places() ? 1 : 0, all = 0;
+  if (now.step == update->ntimestep && now.natoms == atom->natoms && now.law == laws()) {
+    int same = places_are_those() ? 1 : 0, all = 0;
     for (int i = 0; i < atom->nlocal && same; i++)
-      if (kept[i].motion != kept_motion(i)) same = 0;
+      if (kept[i].motion != motion_of(i)) same = 0;
     MPI_Allreduce(&same, &all, 1, MPI_INT, MPI_MIN, world);
     for (int i = 0; i < atom->nlocal && all; i++) {
       std::copy_n(kept[i].f, 3, atom->f[i]);
       std::copy_n(kept[i].torque, 3, atom->torque[i]);
     }
   }
-  drop_kept_forces();
+  drop();
+}
+
+/* ----------------------------------------------------------------------
+   what is of the last step stays so when the clock is set
+------------------------------------------------------------------------- */
+
+void DefeKept::follow(bigint last_step, bigint step)
+{
+  if (now.step == last_step) now.step = step;
+}
+
+double DefeKept::memory_usage() const
+{
+  return kept.capacity() * sizeof(Forces);
+}
+
+/* ----------------------------------------------------------------------
+   as a field of the store
+------------------------------------------------------------------------- */
+
+void DefeKept::clear(int i)
+{
+  if (!kept.empty()) kept[i].motion = 0;
+}
+
+void DefeKept::grow(int n)
+{
+  room = n;
+  if (!kept.empty()) kept.resize(n);
+}
+
+void DefeKept::move(int from, int to)
+{
+  if (!kept.empty()) kept[to] = kept[from];
+}
+
+int DefeKept::pack(int i, double *buf) const
+{
+  buf[0] = ubuf(has(i) ? 1 : 0).d;
+  if (has(i)) memcpy(static_cast<void *>(&buf[1]), &kept[i], sizeof(Forces));
+  return size(i);
+}
+
+int DefeKept::unpack(int i, const double *buf)
+{
+  if (ubuf(buf[0]).i == 0) {
+    clear(i);
+    return 1;
+  }
+  kept.resize(room);
+  memcpy(static_cast<void *>(&kept[i]), &buf[1], sizeof(Forces));
+  return 1 + SIZE;
 }

@@ -2,13 +2,11 @@
    DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
    https://www.lammps.org/
    This software is distributed under the GNU General Public License.
-
-   Notes at the first run: what is allowed, but hardly what was meant. One line each, once.
-   Nothing is gathered: what must meet meets on the rank that an ID or a place is dealt to.
 ------------------------------------------------------------------------- */
 
-#include "fix_defe.h"
+// Nothing is gathered: what must meet meets on the rank that an ID or a place is dealt to.
 
+#include "defe_system.h"
 #include "pair_defe_joint.h"
 #include "rendezvous.h"
 
@@ -145,20 +143,20 @@ struct SurfaceNode {
 
 /// Their places are known to the nodes' owners, their parts to the elements': both meet on the rank that
 /// the ID is dealt to, and are returned there.
-std::vector<SurfaceNode> surface_nodes(LAMMPS *lmp, const FixDefe &fix)
+std::vector<SurfaceNode> surface_nodes(LAMMPS *lmp, const DefeSystem &sys)
 {
   constexpr int NODE = -1;    // in place of the part: the node itself
   const auto *atom = lmp->atom;
   Letters<SurfaceNode> letters(lmp);
   std::vector<std::pair<tagint, int>> free;
   for (int i = 0; i < atom->nlocal; i++) {
-    if (fix.elements_at(i) > 0) {
+    if (sys.store.elements_at(i) > 0) {
       SurfaceNode n{atom->tag[i], NODE, {atom->x[i][0], atom->x[i][1], atom->x[i][2]}};
       lmp->domain->remap(n.x);
       letters.to_id(n.tag, n);
     }
-    for (const auto &h : fix.hexes_of(i)) {
-      if (fix.material_of(fix.parts[h.part]).rigid()) continue;
+    for (const auto &h : sys.store.hexes(i)) {
+      if (sys.model.material_of(sys.model.parts[h.part]).rigid()) continue;
       for (int f = 0; f < 6; f++)
         if (h.nb[f] == 0)
           for (int k : defe::fe::hex_face[f]) free.emplace_back(h.node[k], h.part);
@@ -276,7 +274,7 @@ std::vector<Twin> twins_in(const std::vector<Place> &here, double near)
 
 /// Pairs of parts, the lower number first, of which one has a face with all four nodes on nodes of the
 /// other. Each rank knows those of its own elements.
-std::set<std::pair<int, int>> matching_faces(LAMMPS *lmp, const FixDefe &fix,
+std::set<std::pair<int, int>> matching_faces(LAMMPS *lmp, const DefeSystem &sys,
                                              const std::vector<Twin> &twins)
 {
   struct Word {
@@ -288,9 +286,9 @@ std::set<std::pair<int, int>> matching_faces(LAMMPS *lmp, const FixDefe &fix,
   for (const auto &t : twins) words.to_id(t.node, {t.node, t.on, 0, 0});
   std::vector<int> part;    // of each free face
   for (int i = 0; i < lmp->atom->nlocal; i++)
-    for (const auto &h : fix.hexes_of(i))
+    for (const auto &h : sys.store.hexes(i))
       for (int f = 0; f < 6; f++) {
-        if (h.nb[f] != 0 || fix.material_of(fix.parts[h.part]).rigid()) continue;
+        if (h.nb[f] != 0 || sys.model.material_of(sys.model.parts[h.part]).rigid()) continue;
         for (int k : defe::fe::hex_face[f])
           words.to_id(h.node[k], {h.node[k], -1, lmp->comm->me, static_cast<int>(part.size())});
         part.push_back(h.part);
@@ -319,20 +317,19 @@ std::set<std::pair<int, int>> matching_faces(LAMMPS *lmp, const FixDefe &fix,
    at the first run after the mesh was made or has grown; collective
 ------------------------------------------------------------------------- */
 
-void FixDefe::say_notes()
+void DefeNotes::say_all()
 {
-  if (!notes_due || !update->whichflag) return;
-  notes_due = false;
-  note_strengths();
-  note_bodies();
-  note_untied();
+  if (!due || !update->whichflag) return;
+  due = false;
+  strengths();
+  bodies();
+  untied();
 }
 
-void FixDefe::say(const std::string &note)
+void DefeNotes::say(const std::string &note)
 {
-  if (comm->me != 0 || std::find(notes_said.begin(), notes_said.end(), note) != notes_said.end())
-    return;
-  notes_said.push_back(note);
+  if (comm->me != 0 || std::find(said.begin(), said.end(), note) != said.end()) return;
+  said.push_back(note);
   utils::logmesg(lmp, "Note: " + note + "\n");
 }
 
@@ -342,10 +339,11 @@ void FixDefe::say(const std::string &note)
    from the start.
 ------------------------------------------------------------------------- */
 
-void FixDefe::note_strengths()
+void DefeNotes::strengths()
 {
-  for (const auto &p : parts) {
-    if (!p.convertible || p.start == "all" || p.stress > material_of(p).elastic().E) continue;
+  for (const auto &p : sys.model.parts) {
+    if (!p.convertible || p.start == "all" || p.stress > sys.model.material_of(p).elastic().E)
+      continue;
     for (const char *style : {"^defe/joint", "^defe/cohesive"}) {
       const auto *pair = dynamic_cast<PairDefeJoint *>(force->pair_match(style, 0));
       if (!pair) continue;
@@ -365,16 +363,16 @@ void FixDefe::note_strengths()
    nobody has said that there shall be none
 ------------------------------------------------------------------------- */
 
-void FixDefe::note_bodies()
+void DefeNotes::bodies()
 {
-  if (contact_given) return;
-  const size_t nparts = parts.size();
+  if (sys.model.contact_given) return;
+  const size_t nparts = sys.model.parts.size();
 
   // each part of each body, counted where the lowest node of the body is dealt to
 
   Connected sets;
   for (int i = 0; i < atom->nlocal; i++)
-    for (const auto &h : hexes[i]) {
+    for (const auto &h : sys.store.hexes(i)) {
       const int first = sets.index(h.node[0]);
       for (int a = 1; a < 8; a++) sets.join(first, sets.index(h.node[a]));
     }
@@ -391,7 +389,7 @@ void FixDefe::note_bodies()
   };
   std::vector<Piece> pieces;
   for (int i = 0; i < atom->nlocal; i++)
-    for (const auto &h : hexes[i]) {
+    for (const auto &h : sys.store.hexes(i)) {
       const Piece p{sets.lowest_of(sets.index(h.node[0])), h.part};
       if (pieces.empty() || !(pieces.back() == p)) pieces.push_back(p);
     }
@@ -414,36 +412,42 @@ void FixDefe::note_bodies()
   bool deformable = false;
   for (size_t p = 0; p < nparts; p++) {
     const bigint np = sum[2 * p];
-    const bool soft = !material_of(parts[p]).rigid();
+    const bool soft = !sys.model.material_of(sys.model.parts[p]).rigid();
     deformable = deformable || (np > 0 && soft);
     for (size_t q = p + 1; q < nparts; q++) {
       const bigint nq = sum[2 * q];
-      if (np == 0 || nq == 0 || (!soft && material_of(parts[q]).rigid())) continue;
+      if (np == 0 || nq == 0 || (!soft && sys.model.material_of(sys.model.parts[q]).rigid()))
+        continue;
       if (np == 1 && nq == 1 && sum[2 * p + 1] == sum[2 * q + 1]) continue;    // one body
       alone[p] = alone[q] = 1;
     }
   }
   std::vector<std::string> names;
   for (size_t p = 0; p < nparts; p++)
-    if (alone[p]) names.push_back(parts[p].name);
+    if (alone[p]) names.push_back(sys.model.parts[p].name);
   if (!names.empty())
     say(fmt::format("parts {} have no contact: they pass through each other{}; add 'contact 0.2' "
                     "to fix defe",
                     listed(names), names.size() > 2 ? " where they share no nodes" : ""));
   for (size_t p = 0; p < nparts; p++)
-    if (sum[2 * p] > 1 && !material_of(parts[p]).rigid())
+    if (sum[2 * p] > 1 && !sys.model.material_of(sys.model.parts[p]).rigid())
       say(fmt::format("{} bodies of part {} have no contact: they pass through each other; add "
                       "'contact 0.2' to fix defe",
-                      sum[2 * p], parts[p].name));
+                      sum[2 * p], sys.model.parts[p].name));
 
-  bigint balls = 0, all_balls = 0;
-  for (int i = 0; i < atom->nlocal; i++) balls += !de[i] && atom->radius[i] > 0.0;
-  MPI_Allreduce(&balls, &all_balls, 1, MPI_LMP_BIGINT, MPI_SUM, world);
-  if (all_balls && deformable)
+  balls(deformable);
+}
+
+void DefeNotes::balls(bool deformable)
+{
+  bigint mine = 0, all = 0;
+  for (int i = 0; i < atom->nlocal; i++) mine += !sys.store.de(i) && atom->radius[i] > 0.0;
+  MPI_Allreduce(&mine, &all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (all && deformable)
     say(fmt::format("{} no contact with finite elements: {} through them; add 'contact 0.2' to "
                     "fix defe",
-                    all_balls == 1 ? "1 sphere has" : fmt::format("{} spheres have", all_balls),
-                    all_balls == 1 ? "it passes" : "they pass"));
+                    all == 1 ? "1 sphere has" : fmt::format("{} spheres have", all),
+                    all == 1 ? "it passes" : "they pass"));
 }
 
 /* ----------------------------------------------------------------------
@@ -452,13 +456,13 @@ void FixDefe::note_bodies()
    as well, if there is contact of surfaces and their faces do not fit
 ------------------------------------------------------------------------- */
 
-void FixDefe::note_untied()
+void DefeNotes::untied()
 {
-  const double shortest = 4.0 * max_step_length;
-  if (!(shortest > 0.0) || hexes_total == 0) return;
+  const double shortest = 4.0 * sys.mesh.max_step_length();
+  if (!(shortest > 0.0) || sys.census.elements() == 0) return;
   const double near = AT_ONE_PLACE * shortest;
   const auto twins =
-      twins_in(sorted_by_cells(lmp, surface_nodes(lmp, *this), CELL * shortest, near), near);
+      twins_in(sorted_by_cells(lmp, surface_nodes(lmp, sys), CELL * shortest, near), near);
 
   // of two parts the later one lies on the earlier one, of two nodes of a part the higher ID
 
@@ -477,7 +481,7 @@ void FixDefe::note_untied()
   for (const auto &t : twins)
     if (t.on < t.part || (t.on == t.part && t.other < t.node)) add({t.on, t.part, 1, t});
   std::set<std::pair<int, int>> matching;
-  if (contact_factor > 0.0) matching = matching_faces(lmp, *this, twins);
+  if (sys.model.contact()) matching = matching_faces(lmp, sys, twins);
 
   // a line for each pair of parts, on the first rank
 
@@ -495,7 +499,7 @@ void FixDefe::note_untied()
   }
   for (const auto &entry : found) {
     const Found &f = entry.second;
-    const bool one = f.count == 1, same = f.on == f.part, contact = contact_factor > 0.0;
+    const bool one = f.count == 1, same = f.on == f.part, contact = sys.model.contact();
     if (contact && !matching.count(entry.first)) continue;
     double x[3];
     for (int d = 0; d < 3; d++)    // no rounding errors of zero
@@ -503,10 +507,10 @@ void FixDefe::note_untied()
     say(fmt::format("{} node{} of part {} lie{} on {} of {} and {} not joined (node {} on node {} "
                     "at {:.6g} {:.6g} {:.6g}): they {}; to bond them, let the elements share these "
                     "nodes (tools/mesh2data --merge)",
-                    f.count, one ? "" : "s", parts[f.part].name, one ? "s" : "",
+                    f.count, one ? "" : "s", sys.model.parts[f.part].name, one ? "s" : "",
                     same ? (one ? "another one" : "other ones") : (one ? "a node" : "nodes"),
-                    same ? "the same part" : "part " + parts[f.on].name, one ? "is" : "are",
-                    f.example.node, f.example.other, x[0], x[1], x[2],
+                    same ? "the same part" : "part " + sys.model.parts[f.on].name,
+                    one ? "is" : "are", f.example.node, f.example.other, x[0], x[1], x[2],
                     contact ? "meet by contact only" : "come apart"));
   }
 }

@@ -4,9 +4,7 @@
    This software is distributed under the GNU General Public License.
 ------------------------------------------------------------------------- */
 
-// The event file of all ranks: coupling/event_log.h knows how it looks.
-
-#include "fix_defe.h"
+#include "defe_system.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -14,15 +12,17 @@
 #include "error.h"
 #include "update.h"
 
+#include "defe/coupling/checksum.h"
+
 using namespace LAMMPS_NS;
 
 /* ----------------------------------------------------------------------
    names of the run and of its mesh: checksums of how they begin, the same on any number of ranks
 ------------------------------------------------------------------------- */
 
-void FixDefe::name_run()
+void DefeEvents::name_run()
 {
-  if (!event_log.on() || event_log.named()) return;
+  if (!log.on() || log.named()) return;
   uint64_t mine[2] = {0, 0}, all[2];
   bigint elements = 0, all_elements = 0;
   for (int i = 0; i < atom->nlocal; i++) {
@@ -35,12 +35,12 @@ void FixDefe::name_run()
     const int64_t integers[2] = {atom->tag[i], atom->type[i]};
     one.add(integers, sizeof(integers));
     mine[0] += one.value();
-    for (const auto &h : hexes[i]) {
+    for (const auto &h : sys.store.hexes(i)) {
       defe::Checksum hex;
       const int64_t names[2] = {h.id, h.part};
       hex.add(names, sizeof(names));
       hex.add(h.node, sizeof(h.node));
-      hex.add(xref[i], 3 * sizeof(double));
+      hex.add(sys.store.x_ref(i), 3 * sizeof(double));
       mine[1] += hex.value();
       elements++;
     }
@@ -49,24 +49,24 @@ void FixDefe::name_run()
   MPI_Allreduce(&elements, &all_elements, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   defe::Checksum run;
   run.add(all, sizeof(all));
-  const uint64_t laws = kept_laws();
+  const uint64_t laws = sys.kept.laws();
   run.add(&laws, sizeof(laws));
-  for (const auto &p : parts) {
-    const std::string text = describe_part(p);
+  for (const auto &p : sys.model.parts) {
+    const std::string text = sys.model.describe(p);
     run.add(text.c_str(), text.size() + 1);
     run.add(&p.stress, sizeof(double));
     if (p.convertible && !utils::is_double(p.criterion_words))
       run.add(p.criterion_words.c_str(), p.criterion_words.size());
   }
   run.add(&update->dt, sizeof(double));
-  event_log.name_run(run.value(), all[1], all_elements);
+  log.name_run(run.value(), all[1], all_elements);
 }
 
 /* ----------------------------------------------------------------------
    the first rank writes: if it cannot, all stop
 ------------------------------------------------------------------------- */
 
-void FixDefe::stop_by_first_rank(std::string complaint)
+void DefeEvents::stop_by_first_rank(std::string complaint) const
 {
   int n = static_cast<int>(complaint.size());
   MPI_Bcast(&n, 1, MPI_INT, 0, world);
@@ -78,14 +78,14 @@ void FixDefe::stop_by_first_rank(std::string complaint)
 
 /* ---------------------------------------------------------------------- */
 
-void FixDefe::flush_events()
+void DefeEvents::flush()
 {
-  if (!event_log.on()) return;
-  if (!event_log.opened()) {
+  if (!log.on()) return;
+  if (!log.opened()) {
     name_run();
-    stop_by_first_rank(event_log.open(comm->me == 0));
+    stop_by_first_rank(log.open(comm->me == 0));
   }
-  const auto mine = event_log.take();
+  const auto mine = log.take();
   const int bytes = static_cast<int>(mine.size() * sizeof(defe::Event));
   std::vector<int> count(comm->nprocs), offset(comm->nprocs);
   MPI_Gather(&bytes, 1, MPI_INT, count.data(), 1, MPI_INT, 0, world);
@@ -100,5 +100,5 @@ void FixDefe::flush_events()
   }
   MPI_Gatherv(mine.data(), bytes, MPI_BYTE, all.data(), count.data(), offset.data(), MPI_BYTE, 0,
               world);
-  stop_by_first_rank(event_log.append(std::move(all)));
+  stop_by_first_rank(log.append(std::move(all)));
 }

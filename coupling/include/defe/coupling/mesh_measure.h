@@ -1,0 +1,59 @@
+#ifndef DEFE_COUPLING_MESH_MEASURE_H
+#define DEFE_COUPLING_MESH_MEASURE_H
+
+#include "defe/fe/element_sizes.h"
+#include "defe/fe/material_law.h"
+
+#include <vector>
+
+namespace defe {
+
+/// Stable time steps; 1e300: none.
+struct StableSteps {
+  double elements = 1.0e300;
+  double des = 1.0e300;       ///< of the DEs that elements become
+  double joints = 1.0e300;    ///< of DEs without ties
+};
+
+/// Steps of the eight DEs of an element (`des` and `joints`), of which each may be tied by its three outer faces; the
+/// elements at the other ends of the ties have a quarter of their mass left for themselves. Ties hardly change the
+/// fastest oscillation of DEs, only what can be proven of it: therefore `joints`.
+StableSteps discrete_steps(const fe::HexCoords &X, const fe::IsotropicElastic &elastic,
+                           double mass);
+
+/// What a run needs to know of all elements of a mesh.
+class MeshMeasure {
+ public:
+  struct Part {
+    const fe::MaterialLaw *law;
+    bool converts;
+    int type;    ///< of its DEs
+  };
+
+  /// \param exact  see fe::ShapeCache
+  MeshMeasure(std::vector<Part> parts, int types, bool exact);
+
+  /// An element of that volume and mass.
+  void add(int part, const fe::HexCoords &X, double volume, double mass);
+
+  const fe::ElementSizes &sizes() const { return sizes_; }
+  const StableSteps &steps() const { return steps_; }
+  /// Largest radius of a DE, by type from 0.
+  const std::vector<double> &de_radius() const { return radius_; }
+  /// Of each part: the sum of its elements' sizes (cube roots of volumes), and their number.
+  const std::vector<double> &size_sums() const { return size_sums_; }
+
+ private:
+  std::vector<Part> parts_;
+  bool exact_;
+  fe::ElementSizes sizes_;
+  StableSteps steps_;
+  std::vector<double> radius_, size_sums_;
+  fe::ShapeCache<StableSteps> known_;
+
+  StableSteps steps_of(int part, const fe::HexCoords &X, double mass);
+};
+
+}    // namespace defe
+
+#endif

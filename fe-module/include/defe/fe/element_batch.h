@@ -1,0 +1,93 @@
+#ifndef DEFE_FE_ELEMENT_BATCH_H
+#define DEFE_FE_ELEMENT_BATCH_H
+
+#include "defe/fe/kernel.h"
+#include "defe/fe/material_law.h"
+
+#include <array>
+#include <memory>
+#include <vector>
+
+namespace defe::fe {
+
+/// Which elements share a kernel. The choice depends on the element alone: not on others, and not on where it is
+/// computed.
+struct KernelRules {
+  bool lagrangian = false;    ///< no kernels for one shape
+  bool exact = false;    ///< shapes are rounded, so that a kernel does not depend on who came first
+};
+
+/// Which kernel an element of this material gets.
+struct KernelChoice {
+  KernelChoice(const MaterialLaw &law, const HexCoords &X, const KernelRules &rules);
+  HexCoords shape;
+  bool of_shape;    ///< one for elements congruent to the shape only
+  bool exact;
+};
+
+/// Elements of one part that share a kernel, as flat arrays of local node indices: all boxes of one shape, or all
+/// other elements. Elements of rigid parts have no kernel.
+class ElementBatch {
+ public:
+  /// An empty one for elements of this part with that kernel.
+  ElementBatch(int part, const MaterialLaw &law, const KernelChoice &);
+  bool takes(int part, const KernelChoice &) const;
+
+  int part() const { return part_; }
+  bool rigid() const { return !kernel_; }
+  const HexKernel &kernel() const { return *kernel_; }
+  int history_size() const { return kernel_ ? kernel_->history_size() : 0; }
+
+  int size() const { return static_cast<int>(node_.size()); }
+  const std::array<int, 8> &nodes(int e) const { return node_[e]; }
+  /// What the last forces() left: a bound of what the criterion says of the element's stress.
+  double bound(int e) const { return bound_[e]; }
+  const double *bounds() const { return bound_.data(); }
+  bool has_histories() const { return !history_.empty(); }
+
+  /// No elements; memory is kept for those to come.
+  void clear();
+  /// \param history  history_size() doubles that outlive the table; null if that is 0
+  void add(const std::array<int, 8> &nodes, double *history);
+  /// After the last one: gives back memory that is far too much, and bounds are 0.
+  void finish();
+
+  /// What forces() adds besides the forces; null pointers and a grid that is off cost nothing.
+  struct Output {
+    const StressBound *bound = nullptr;    ///< null: no bounds are asked for
+    bool bound_at_gauss_points = false;
+    double *virial = nullptr;         ///< [6], see HexKernel::Output
+    double *dissipation = nullptr;    ///< [1] of materials with a history
+    double history_step = 0.0;        ///< time by which histories advance
+    const SumGrid *grid = nullptr;
+  };
+  /// First element, if there is one, that is inside out, and that has a force beyond the grid; else -1.
+  struct Faults {
+    int inverted = -1, beyond = -1;
+  };
+  /// Adds the forces on the nodes. x, X and f: 3 doubles per node.
+  Faults forces(const double *x, const double *X, double *f, const Output &);
+
+  /// Adds the strain energy of each element to the sum, one after the other; their forces are added to f, in
+  /// passing.
+  void energy(const double *x, const double *X, double *f, double &sum);
+
+  /// Largest distance between two nodes of an element; those that are certainly not longer than `enough` may be
+  /// left out. At least `longest`.
+  double longest(const double *x, double enough, double longest) const;
+
+ private:
+  int part_;
+  KernelChoice choice_;
+  std::unique_ptr<HexKernel> kernel_;
+  std::vector<std::array<int, 8>> node_;
+  std::vector<double> bound_;
+  std::vector<double *> history_;    // empty if the material has none
+  std::vector<double> energy_;
+
+  const int (*flat() const)[8] { return reinterpret_cast<const int(*)[8]>(node_.data()); }
+};
+
+}    // namespace defe::fe
+
+#endif

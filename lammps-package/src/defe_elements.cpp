@@ -1,0 +1,338 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "defe_system.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "update.h"
+
+#include "defe/fe/hex8.h"
+#include "defe/fe/principal.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+using defe::Mat3;
+using defe::Vec3;
+using defe::fe::HexCoords;
+
+DefeBatch::DefeBatch(const DefePart &p, int part, const defe::fe::MaterialLaw &law,
+                     const defe::fe::KernelChoice &choice) :
+    ElementBatch(part, law, choice),
+    convertible(p.convertible)
+{
+  if (convertible) bound_weights = p.criterion->bound();
+}
+
+DefeElements::DefeElements(DefeSystem &system) : DefeComponent(system), finite(scratch) {}
+
+/* ----------------------------------------------------------------------
+   local indices, once per reneighbouring
+------------------------------------------------------------------------- */
+
+void DefeElements::build()
+{
+  clear();
+  const HexRecord *lost = nullptr;
+  const int nlocal = atom->nlocal;
+  for (int i = 0; i < nlocal; i++) {
+    if (i + 6 < nlocal) prefetch(sys.store.hexes(i + 6).data());
+    for (auto &h : sys.store.hexes(i)) {
+      std::array<int, 8> idx;
+      if (local_hex(h, i, idx.data()))
+        add(h, idx);
+      else
+        lost = &h;
+    }
+  }
+  if (lost) stop_lost(*lost);
+  for (auto &b : all) {
+    if (b.hex.capacity() > b.hex.size() + b.hex.size() / 4) b.hex.shrink_to_fit();
+    b.finish();
+  }
+}
+
+void DefeElements::add(HexRecord &h, const std::array<int, 8> &idx)
+{
+  if (h.kernel < 0) {
+    HexCoords X;
+    for (int a = 0; a < 8; a++)
+      for (int k = 0; k < 3; k++) X(k, a) = sys.store.x_frame(idx[a])[k];
+    h.kernel = batch_of(h.part, X);
+  }
+  DefeBatch &b = all[h.kernel];
+  if (sys.model.contact() && std::any_of(std::begin(h.nb), std::end(h.nb), [](tagint nb) {
+        return nb <= 0;
+      }))
+    exposed_.emplace_back(h.kernel, b.size());
+  double *history = nullptr;
+  if (b.history_size() > 0) {
+    auto &list = h.with_extra().history;
+    list.resize(b.history_size(), 0.0);
+    history = list.data();
+  }
+  b.add(idx, history);
+  b.hex.push_back(&h);
+}
+
+void DefeElements::stop_lost(const HexRecord &h) const
+{
+  tagint node = 0;
+  for (tagint t : h.node)
+    if (sys.ids.local_of(t) < 0) node = t;
+  error->one(FLERR,
+             "Node {} of element {} is missing on proc {} at step {}: it was lost, or the element "
+             "is larger than the communication cutoff (raise it with comm_modify cutoff){}",
+             node, h.id, comm->me, update->ntimestep, sys.checks.minimizer_hint());
+}
+
+void DefeElements::clear()
+{
+  for (auto &b : all) {    // they keep their memory
+    b.clear();
+    b.hex.clear();
+  }
+  exposed_.clear();
+}
+
+void DefeElements::forget()
+{
+  clear();
+}
+
+void DefeElements::forget_kernels()
+{
+  history_read = history_most();
+  all.clear();
+}
+
+int DefeElements::history_most() const
+{
+  int most = history_read;
+  for (const auto &b : all) most = MAX(most, b.history_size());
+  return most;
+}
+
+void DefeElements::look_at_histories()
+{
+  history_read = 0;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (const auto &h : sys.store.hexes(i))
+      if (h.extra) history_read = MAX(history_read, static_cast<int>(h.extra->history.size()));
+}
+
+/* ----------------------------------------------------------------------
+   local indices of an element's nodes, the images closest to its first node
+------------------------------------------------------------------------- */
+
+void DefeElements::coords(const int *idx, HexCoords &x, HexCoords &X) const
+{
+  for (int a = 0; a < 8; a++)
+    for (int k = 0; k < 3; k++) {
+      x(k, a) = atom->x[idx[a]][k];
+      X(k, a) = sys.store.x_frame(idx[a])[k];
+    }
+}
+
+bool DefeElements::local_hex(const HexRecord &h, int anchor, int *idx) const
+{
+  const bool images = atom->nghost > 0;
+  idx[0] = anchor;
+  for (int a = 1; a < 8; a++) {
+    const int j = sys.ids.local_of(h.node[a]);
+    if (j < 0) return false;
+    idx[a] = (images && atom->sametag[j] >= 0) ? domain->closest_image(anchor, j) : j;
+  }
+  return true;
+}
+
+/* ----------------------------------------------------------------------
+   boxes of one shape and part share a kernel; all other shapes the Lagrangian one of their part
+------------------------------------------------------------------------- */
+
+int DefeElements::batch_of(int part, const HexCoords &X)
+{
+  const DefePart &p = sys.model.parts[part];
+  const auto &law = *sys.model.material_of(p).law;
+  const defe::fe::KernelChoice choice(law, X, {sys.model.force_lagrangian, sys.model.reproducible});
+  const auto found = std::find_if(all.begin(), all.end(), [&](const DefeBatch &b) {
+    return b.takes(part, choice);
+  });
+  if (found != all.end()) return static_cast<int>(found - all.begin());
+  all.emplace_back(p, part, law, choice);
+  return static_cast<int>(all.size()) - 1;
+}
+
+/* ----------------------------------------------------------------------
+   internal forces of this step
+------------------------------------------------------------------------- */
+
+void DefeElements::forces(double *virial)
+{
+  auto &subcycle = sys.clock.subcycle();
+  if (subcycle.every() == 1 || update->whichflag == 2) {
+    evaluate(&atom->f[0][0], update->setupflag ? 0.0 : subcycle.since_history(), virial);
+  } else if (subcycle.due() || virial) {
+
+    // two clocks, see subcycle.h
+
+    const size_t n = 3 * (static_cast<size_t>(atom->nlocal) + atom->nghost);
+    scratch.assign(n + 3, 0.0);
+    evaluate(scratch.data(), !subcycle.due() || update->setupflag ? 0.0 : subcycle.since_history(),
+             virial);
+    if (subcycle.due() && n) {
+      const int every = subcycle.every();
+      double *f = &atom->f[0][0];
+      for (size_t k = 0; k < n; k++) f[k] += every * scratch[k];
+    }
+  }
+}
+
+/* ----------------------------------------------------------------------
+   forces of all elements of this rank, added to f; bounds of their stress
+   material histories are advanced by history_step (0 = not)
+------------------------------------------------------------------------- */
+
+void DefeElements::evaluate(double *f, double history_step, double *virial)
+{
+  defe::fe::ElementBatch::Output out;
+  out.bound_at_gauss_points = sys.model.gauss_stress;
+  out.virial = virial;
+  out.history_step = history_step;
+  out.dissipation = &sys.ledger.viscous;
+  if (sys.model.reproducible) out.grid = &sys.sums.force_grid();
+  for (auto &b : all) {
+    if (b.rigid() || b.size() == 0) continue;
+    out.bound = b.convertible ? &b.bound_weights : nullptr;
+    const auto faults = b.forces(&atom->x[0][0], sys.store.x_frame(0), f, out);
+    if (faults.inverted >= 0) stop_inverted(b, faults.inverted);
+    if (faults.beyond >= 0) sys.sums.set_beyond(b.nodes(faults.beyond)[0]);
+  }
+  if (history_step > 0.0) sys.clock.subcycle().history_advanced();
+}
+
+void DefeElements::stop_inverted(const DefeBatch &b, int e) const
+{
+  const HexRecord &h = *b.hex[e];
+  const double *x = atom->x[b.nodes(e)[0]];
+  error->one(FLERR,
+             "Element {} of part {} turned inside out at step {} near {:.6g} {:.6g} {:.6g}: "
+             "use a smaller timestep, or let it convert earlier{}",
+             h.id, sys.model.parts[h.part].name, update->ntimestep, x[0], x[1], x[2],
+             sys.checks.minimizer_hint());
+}
+
+/* ----------------------------------------------------------------------
+   stress and centre of one owned element, for output
+------------------------------------------------------------------------- */
+
+void DefeElements::centre_stress(const HexRecord &h, double *centre, double *stress6,
+                                 double &s1) const
+{
+  int idx[8];
+  int anchor = sys.ids.local_of(h.node[0]);
+  for (int k = 0; k < 3; k++) centre[k] = 0.0;
+  for (int k = 0; k < 6; k++) stress6[k] = 0.0;
+  s1 = 0.0;
+  if (anchor < 0 || !local_hex(h, anchor, idx)) return;
+  HexCoords x, X;
+  coords(idx, x, X);
+  for (int k = 0; k < 3; k++) centre[k] = x.row(k).mean();
+  if (sys.model.material_of(sys.model.parts[h.part]).rigid() || h.kernel < 0) return;
+  const bool virgin = !h.extra || h.extra->history.empty();
+  const Mat3 s =
+      all[h.kernel].kernel().stress(x, X, Vec3::Zero(), virgin ? nullptr : h.extra->history.data());
+  stress6[0] = s(0, 0);
+  stress6[1] = s(1, 1);
+  stress6[2] = s(2, 2);
+  stress6[3] = s(0, 1);
+  stress6[4] = s(0, 2);
+  stress6[5] = s(1, 2);
+  s1 = defe::fe::max_principal(s);
+}
+
+/* ----------------------------------------------------------------------
+   largest distance between two nodes of an element of this rank; those that are certainly provided
+   for may be left out
+------------------------------------------------------------------------- */
+
+double DefeElements::longest() const
+{
+  double longest = 0.0;
+  if ((comm->nprocs == 1 && atom->nghost == 0) || atom->nlocal == 0) return longest;
+  for (const auto &b : all) longest = b.longest(&atom->x[0][0], sys.ghosts.provided(), longest);
+  return longest;
+}
+
+/* ----------------------------------------------------------------------
+   strain energy of all elements of this rank at the current positions
+------------------------------------------------------------------------- */
+
+double DefeElements::energy()
+{
+  const size_t nall = atom->nlocal + atom->nghost;
+  scratch.assign(3 * nall + 3, 0.0);
+  double sum = 0.0;
+  for (auto &b : all)
+    if (b.size()) b.energy(&atom->x[0][0], sys.store.x_frame(0), scratch.data(), sum);
+  return sum;
+}
+
+/* ----------------------------------------------------------------------
+   largest principal stress at the centres of elements of this rank that can convert, -1e300 if there are none
+------------------------------------------------------------------------- */
+
+double DefeElements::largest_stress() const
+{
+  double s1 = -1.0e300;
+  for (const auto &b : all) {
+    if (!b.convertible) continue;
+    // bounds of other criteria say nothing about it
+    const bool bounded = b.bound_weights == defe::fe::StressBound();
+    for (int e = 0; e < b.size(); e++) {
+      if (bounded && b.bound(e) <= s1) continue;
+      HexCoords x, X;
+      coords(b.nodes(e).data(), x, X);
+      s1 = MAX(s1, defe::fe::max_principal(b.kernel().stress(x, X, Vec3::Zero())));
+    }
+  }
+  return s1;
+}
+
+/* ----------------------------------------------------------------------
+   what energy() has left on nodes of other ranks is sent to these
+------------------------------------------------------------------------- */
+
+const double *DefeElements::finite_forces()
+{
+  sys.ghosts.reverse(finite, 3);
+  return scratch.data();
+}
+
+int DefeElements::FiniteMessage::pack_reverse(int n, int first, double *buf)
+{
+  if (n) std::copy_n(&force[3 * static_cast<size_t>(first)], 3 * n, buf);
+  return 3 * n;
+}
+
+void DefeElements::FiniteMessage::unpack_reverse(int n, const int *list, const double *buf)
+{
+  int m = 0;
+  for (int ii = 0; ii < n; ii++)
+    for (int k = 0; k < 3; k++) force[3 * static_cast<size_t>(list[ii]) + k] += buf[m++];
+}
+
+double DefeElements::memory_usage() const
+{
+  double bytes = 0.0;
+  for (const auto &b : all)
+    bytes += b.hex.capacity() * (sizeof(std::array<int, 8>) + sizeof(HexRecord *) + sizeof(double));
+  return bytes;
+}

@@ -1,0 +1,92 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifndef LMP_DEFE_ELEMENTS_H
+#define LMP_DEFE_ELEMENTS_H
+
+#include "defe_component.h"
+#include "defe_ghosts.h"
+#include "defe_records.h"
+
+#include "defe/fe/element_batch.h"
+
+#include <array>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+struct DefePart;
+
+/** Elements of this rank that share a kernel, with their records. */
+struct DefeBatch : defe::fe::ElementBatch {
+  DefeBatch(const DefePart &, int part, const defe::fe::MaterialLaw &,
+            const defe::fe::KernelChoice &);
+  std::vector<HexRecord *> hex;
+  bool convertible;
+  defe::fe::StressBound bound_weights;    // of the criterion, if convertible
+};
+
+/** The finite elements of this rank, in tables of local indices, and their forces. */
+class DefeElements : protected DefeComponent {
+ public:
+  explicit DefeElements(DefeSystem &);
+
+  const std::vector<DefeBatch> &batches() const { return all; }
+  /** Batch and number of elements with free faces. */
+  const std::vector<std::pair<int, int>> &exposed() const { return exposed_; }
+  int history_most() const;    // doubles of material history that an element has
+  void look_at_histories();
+
+  void build();             // with the neighbour lists
+  void forget();            // local indices are void
+  void forget_kernels();    // and elements look theirs up again
+
+  bool local_hex(const HexRecord &, int anchor, int *idx) const;
+  /** Current and reference coordinates of the nodes of an element, from local indices. */
+  void coords(const int *idx, defe::fe::HexCoords &x, defe::fe::HexCoords &X) const;
+  /** Of one owned element, for output. */
+  void centre_stress(const HexRecord &, double *centre, double *stress6, double &s1) const;
+  double longest() const;
+
+  /** Of this step, onto the atoms, with two clocks; adds to the virial if there is one. */
+  void forces(double *virial);
+  double energy();    // of all elements of this rank at the current positions
+  double largest_stress() const;
+  /** Forces of the elements on owned nodes, as energy() has left them, with those from other ranks. */
+  const double *finite_forces();
+
+  double memory_usage() const;
+
+ private:
+  std::vector<DefeBatch> all;
+  std::vector<std::pair<int, int>> exposed_;
+  std::vector<double> scratch;
+  int history_read = 0;
+
+  void clear();
+  int batch_of(int part, const defe::fe::HexCoords &X);
+  void add(HexRecord &, const std::array<int, 8> &idx);
+  void stop_lost(const HexRecord &) const;
+  void evaluate(double *f, double history_step, double *virial);
+  void stop_inverted(const DefeBatch &, int e) const;
+
+  class FiniteMessage : public DefeMessage {
+   public:
+    explicit FiniteMessage(std::vector<double> &f) : force(f) {}
+    int pack_reverse(int n, int first, double *buf) override;
+    void unpack_reverse(int n, const int *list, const double *buf) override;
+
+   private:
+    std::vector<double> &force;
+  } finite;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

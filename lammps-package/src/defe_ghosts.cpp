@@ -1,0 +1,221 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "defe_system.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "fix.h"
+#include "neighbor.h"
+
+#include "defe/coupling/ghost_reach.h"
+#include "defe/fe/hex8.h"
+
+using namespace LAMMPS_NS;
+using defe::fe::HexCoords;
+
+/* ----------------------------------------------------------------------
+   distance from its sub-domain to which a rank needs ghosts
+------------------------------------------------------------------------- */
+
+double DefeGhosts::reach() const
+{
+  defe::GhostNeeds needs;
+  needs.longest = longest_provided;
+  needs.diagonal = sys.mesh.max_diagonal();
+  needs.facet_diagonal = sys.mesh.max_facet();
+  needs.largest_ball = largest_ball_;
+  needs.skin = neighbor->skin;
+  needs.des = sys.census.des() > 0;
+  needs.cracks = sys.marks.cracks_ask();
+  needs.contact = sys.model.contact_factor > 0.0;
+  return defe::ghost_reach(needs);
+}
+
+/* ----------------------------------------------------------------------
+   more ghosts from the next exchange on, if elements have become longer or there are DEs now
+------------------------------------------------------------------------- */
+
+void DefeGhosts::provide(double longest)
+{
+  double all = 0.0;
+  MPI_Allreduce(&longest, &all, 1, MPI_DOUBLE, MPI_MAX, world);
+  if (defe::ghosts::step_behind * all > longest_provided)
+    longest_provided = defe::ghosts::growth * all;
+  const double cut = reach();
+  if (comm->cutghostuser >= cut) return;
+  comm->cutghostuser = cut;
+  comm->setup();
+  if (neighbor->style) neighbor->setup_bins();
+}
+
+/* ----------------------------------------------------------------------
+   before a run: elements may be much longer than they were in the reference configuration, or
+   have been moved by commands. Images do not matter: elements are shorter than half of a periodic box.
+------------------------------------------------------------------------- */
+
+void DefeGhosts::find_all_nodes()
+{
+  if (comm->nprocs == 1 && !domain->xperiodic && !domain->yperiodic && !domain->zperiodic) return;
+  for (int attempt = 0; attempt < 5; attempt++) {
+    make_for_setup();
+    double longest = 0.0;
+    int missing = longest_of_all(longest) ? 0 : 1, any = 0;
+    MPI_Allreduce(&missing, &any, 1, MPI_INT, MPI_MAX, world);
+    if (any) longest = MAX(longest, defe::ghosts::missing_node * longest_provided);
+    provide(longest);
+    if (!any) return;
+  }
+}
+
+/* ----------------------------------------------------------------------
+   distance between nodes of an element; false if one has a node that is not here
+------------------------------------------------------------------------- */
+
+bool DefeGhosts::longest_of_all(double &longest) const
+{
+  bool found = true;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (const auto &h : sys.store.hexes(i)) {
+      HexCoords now;
+      bool complete = true;
+      for (int a = 0; a < 8 && complete; a++) {
+        const int j = sys.ids.local_of(h.node[a]);
+        complete = j >= 0;
+        if (!complete) break;
+        double del[3];
+        for (int d = 0; d < 3; d++) del[d] = atom->x[j][d] - atom->x[i][d];
+        domain->minimum_image(del);
+        for (int d = 0; d < 3; d++) now(d, a) = del[d];
+      }
+      if (!complete)
+        found = false;
+      else
+        longest = MAX(longest, defe::fe::max_diagonal(now));
+    }
+  return found;
+}
+
+/* ----------------------------------------------------------------------
+   before the first setup there are no ghosts
+------------------------------------------------------------------------- */
+
+void DefeGhosts::make_for_setup()
+{
+  domain->pbc();
+  domain->reset_box();
+  comm->setup();
+  if (neighbor->style) neighbor->setup_bins();
+  comm->exchange();
+  comm->borders();
+}
+
+/* ----------------------------------------------------------------------
+   on a reneighbouring step LAMMPS does not update ghosts: they still are where
+   they were a step ago. Fresh positions and velocities for what follows.
+------------------------------------------------------------------------- */
+
+void DefeGhosts::update_positions()
+{
+  Positions positions(atom);
+  forward(positions, 6);
+}
+
+int DefeGhosts::Positions::pack_forward(int n, const int *list, const double *shift, double *buf)
+{
+  int m = 0;
+  for (int ii = 0; ii < n; ii++) {
+    for (int k = 0; k < 3; k++) buf[m++] = atom->x[list[ii]][k] + shift[k];
+    for (int k = 0; k < 3; k++) buf[m++] = atom->v[list[ii]][k];
+  }
+  return m;
+}
+
+void DefeGhosts::Positions::unpack_forward(int n, int first, const double *buf)
+{
+  int m = 0;
+  for (int i = first; i < first + n; i++) {
+    for (int k = 0; k < 3; k++) atom->x[i][k] = buf[m++];
+    for (int k = 0; k < 3; k++) atom->v[i][k] = buf[m++];
+  }
+}
+
+/* ----------------------------------------------------------------------
+   messages, by the communication of the host
+------------------------------------------------------------------------- */
+
+void DefeGhosts::forward(DefeMessage &m, int size)
+{
+  message = &m;
+  comm->forward_comm(sys.host, size);
+  message = nullptr;
+}
+
+void DefeGhosts::reverse(DefeMessage &m, int size)
+{
+  message = &m;
+  comm->reverse_comm(sys.host, size);
+  message = nullptr;
+}
+
+int DefeGhosts::pack_forward(int n, const int *list, double *buf, int pbc_flag, const int *pbc)
+{
+  if (n == 0) return 0;    // tiled ranks send empty messages, too
+  double shift[3] = {0.0, 0.0, 0.0};
+  if (pbc_flag) {
+    shift[0] = pbc[0] * domain->xprd;
+    shift[1] = pbc[1] * domain->yprd;
+    shift[2] = pbc[2] * domain->zprd;
+  }
+  return message->pack_forward(n, list, shift, buf);
+}
+
+void DefeGhosts::unpack_forward(int n, int first, const double *buf)
+{
+  if (n > 0) message->unpack_forward(n, first, buf);
+}
+
+int DefeGhosts::pack_reverse(int n, int first, double *buf)
+{
+  return message->pack_reverse(n, first, buf);
+}
+
+void DefeGhosts::unpack_reverse(int n, const int *list, const double *buf)
+{
+  message->unpack_reverse(n, list, buf);
+}
+
+/* ----------------------------------------------------------------------
+   elements, joints and facets need their nodes as ghosts, and facets the balls that can reach them
+------------------------------------------------------------------------- */
+
+void DefeGhosts::find_largest_ball()
+{
+  double ball = 0.0;
+  for (int i = 0; i < atom->nlocal && sys.model.contact(); i++)
+    if (!sys.store.de(i)) ball = MAX(ball, atom->radius[i]);
+  MPI_Allreduce(&ball, &largest_ball_, 1, MPI_DOUBLE, MPI_MAX, world);
+  for (int type = 1; type <= atom->ntypes && sys.model.contact(); type++)
+    largest_ball_ = MAX(largest_ball_, sys.checks.radius_to_come(type));
+}
+
+void DefeGhosts::set_cutoff()
+{
+  longest_provided = MAX(longest_provided, defe::ghosts::growth * sys.mesh.max_diagonal());
+  const double cut = reach();
+  if (comm->cutghostuser >= cut) return;
+  if (comm->me == 0 && comm->cutghostuser > 0.0)
+    error->warning(FLERR, "Communication cutoff raised from {} to {} for fix defe",
+                   comm->cutghostuser, cut);
+  comm->cutghostuser = cut;
+}
+
+double DefeGhosts::provided() const
+{
+  return longest_provided / defe::ghosts::step_behind;
+}

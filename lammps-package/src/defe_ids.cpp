@@ -1,0 +1,177 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "defe_system.h"
+#include "rendezvous.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "fix.h"
+#include "update.h"
+
+#include <algorithm>
+#include <unordered_set>
+
+using namespace LAMMPS_NS;
+using Rendezvous::Letters;
+
+/* ----------------------------------------------------------------------
+   index of an atom, -1 if it is not here. Atom::map() itself must not be asked for IDs
+   above the largest one, which an atom that was deleted may have had.
+------------------------------------------------------------------------- */
+
+int DefeIds::local_of(tagint tag) const
+{
+  return (tag > 0 && tag <= atom->map_tag_max) ? atom->map(tag) : -1;
+}
+
+/* ----------------------------------------------------------------------
+   lots of eight IDs for the elements of this rank that convert now, given by ID; collective
+
+   The first lots have the numbers of the elements, so that an element's DEs have the same IDs in every
+   run. LAMMPS gives new atoms the IDs that follow the largest one there is: as long as the last lot is
+   not in use, these are of lots to come. From then on lots are dealt beyond all IDs, in the order of
+   conversions, and of the elements' IDs within one: on any number of processors the same.
+------------------------------------------------------------------------- */
+
+std::vector<tagint> DefeIds::deal_lots(const std::vector<tagint> &elements)
+{
+  tagint mine[3] = {now.last_id, 0, 0}, all[3];
+  for (int i = 0; i < atom->nlocal; i++) {
+    const tagint tag = atom->tag[i];
+    mine[0] = MAX(mine[0], tag);
+    if (!sys.store.de(i) && tag > now.base && tag <= last_de()) mine[1] = 1;
+  }
+  for (tagint id : elements) mine[2] = MAX(mine[2], id);
+  MPI_Allreduce(mine, all, 3, MPI_LMP_TAGINT, MPI_MAX, world);
+  now.last_id = all[0];
+  if (all[1]) now.lots_moved = 1;
+  if (all[2] == 0) return {};    // nothing converts
+
+  std::vector<tagint> lots(elements);
+  bigint last_lot = all[2];
+  if (now.lots_moved) last_lot = deal_behind_all(elements, lots);
+  if (now.base + 8 * last_lot > MAXTAGINT)
+    error->all(FLERR,
+               "Fix defe needs atom IDs up to {} at step {}: compile LAMMPS with -DLAMMPS_BIGBIG",
+               now.base + 8 * last_lot, update->ntimestep);
+  now.last_born = MAX(now.last_born, de_tag(static_cast<tagint>(last_lot), 7));
+  now.last_id = MAX(now.last_id, now.last_born);
+  return lots;
+}
+
+/* ----------------------------------------------------------------------
+   lots beyond all IDs: ranks count the elements of their share of all IDs, so that nobody sees more than
+   that; returns the last lot
+------------------------------------------------------------------------- */
+
+bigint DefeIds::deal_behind_all(const std::vector<tagint> &elements,
+                                std::vector<tagint> &lots) const
+{
+  struct Request {
+    tagint element;
+    int proc, index;
+  };
+  Letters<Request> requests(lmp);
+  for (size_t k = 0; k < elements.size(); k++)
+    requests.to_rank(
+        static_cast<int>(static_cast<bigint>(elements[k] - 1) * comm->nprocs / now.last_element),
+        {elements[k], comm->me, static_cast<int>(k)});
+  auto came = requests.send();
+  std::sort(came.begin(), came.end(), [](const Request &a, const Request &b) {
+    return a.element < b.element;
+  });
+  const auto count = static_cast<bigint>(came.size());
+  bigint up_to_me = 0, total = 0;
+  MPI_Scan(&count, &up_to_me, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  MPI_Allreduce(&count, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+
+  const bigint in_use = (static_cast<bigint>(now.last_id) - now.base + 7) / 8;
+  const bigint first = MAX(in_use, static_cast<bigint>(now.last_element)) + 1;
+  struct Answer {
+    tagint lot;
+    int index;
+  };
+  Letters<Answer> answers(lmp);
+  for (bigint k = 0; k < count; k++)
+    answers.to_rank(came[k].proc,
+                    {static_cast<tagint>(first + up_to_me - count + k), came[k].index});
+  for (const auto &a : answers.send()) lots[a.index] = a.lot;
+  return first + total - 1;
+}
+
+/* ----------------------------------------------------------------------
+   a fix has just inserted this atom: what energy it brings is external
+------------------------------------------------------------------------- */
+
+void DefeIds::register_newcomer(int i)
+{
+  if (atom->radius[i] > 0.0 && (atom->mask[i] & sys.host->groupbit) &&
+      sys.model.contact_factor > 0.0)
+    sys.ledger.external += sys.work.kinetic_energy(i);
+  if (atom->tag[i] > now.base && atom->tag[i] <= now.last_born)
+    doubtful_newcomers.push_back(atom->tag[i]);
+}
+
+/* ----------------------------------------------------------------------
+   the number of atoms has changed: does one that came have the ID of a DE? Not if IDs follow the largest
+   one, which is what LAMMPS' fixes do by default.
+------------------------------------------------------------------------- */
+
+void DefeIds::check_newcomers()
+{
+  natoms_known = atom->natoms;
+  const int mine = doubtful_newcomers.empty() ? 0 : 1;
+  int any = 0;
+  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+  if (!any) return;
+
+  Letters<tagint> ids(lmp), des(lmp);
+  for (tagint tag : doubtful_newcomers) ids.to_id(tag, tag);
+  doubtful_newcomers.clear();
+  for (int i = 0; i < atom->nlocal; i++)
+    if (sys.store.de(i)) des.to_id(atom->tag[i], atom->tag[i]);
+  const auto came = ids.send(), there = des.send();
+  const std::unordered_set<tagint> known(there.begin(), there.end());
+  tagint twice = MAXTAGINT, first;
+  for (tagint tag : came)
+    if (known.count(tag)) twice = MIN(twice, tag);
+  MPI_Allreduce(&twice, &first, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  if (first < MAXTAGINT)
+    error->all(FLERR,
+               "An atom was inserted at step {} with ID {}, which a DE has: let fix pour and fix "
+               "deposit take the IDs that follow the largest one ('id max', their default)",
+               update->ntimestep, first);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DefeIds::begin()
+{
+  tagint last = 0;
+  for (int i = 0; i < atom->nlocal; i++) last = MAX(last, atom->tag[i]);
+  MPI_Allreduce(&last, &now.base, 1, MPI_LMP_TAGINT, MPI_MAX, world);
+  now.last_element = static_cast<tagint>(sys.mesh.last_hex_id());
+  now.last_id = now.base;
+  now.last_born = 0;
+  now.lots_moved = 0;
+  const bigint last_de = static_cast<bigint>(now.base) + 8 * static_cast<bigint>(now.last_element);
+  if (last_de > MAXTAGINT)
+    error->all(FLERR, "Fix defe needs atom IDs up to {}: compile LAMMPS with -DLAMMPS_BIGBIG",
+               last_de);
+}
+
+void DefeIds::forget_newcomers()
+{
+  natoms_known = atom->natoms;
+  doubtful_newcomers.clear();
+}
+
+bool DefeIds::natoms_changed() const
+{
+  return atom->natoms != natoms_known;
+}

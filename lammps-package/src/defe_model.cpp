@@ -1,0 +1,56 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "defe_model.h"
+
+#include "defe/exact_sum.h"
+
+#include <algorithm>
+
+using namespace LAMMPS_NS;
+
+/* ---------------------------------------------------------------------- */
+
+int DefeModel::find_part(const std::string &name) const
+{
+  for (size_t i = 0; i < parts.size(); i++)
+    if (parts[i].name == name) return static_cast<int>(i);
+  return -1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::string DefeModel::describe(const DefePart &p) const
+{
+  return p.name + ": " + material_of(p).words +
+      (p.convertible ? ", DEs of type " + std::to_string(p.type) : "");
+}
+
+/* ----------------------------------------------------------------------
+   mass of an element: a node's shares can be added and taken away in any order
+------------------------------------------------------------------------- */
+
+double DefeModel::element_mass(const DefePart &p, double volume) const
+{
+  const double mass = material_of(p).elastic().rho * volume;
+  return reproducible ? defe::short_mass(mass) : mass;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool DefeModel::any_convertible() const
+{
+  return std::any_of(parts.begin(), parts.end(), [](const DefePart &p) {
+    return p.convertible;
+  });
+}
+
+const DefeAdhesive *DefeModel::adhesive_of(int part, int base) const
+{
+  for (const auto &a : adhesives)
+    if (a.part == part && a.base == base) return &a;
+  return nullptr;
+}

@@ -1,0 +1,94 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifndef LMP_DEFE_MODEL_H
+#define LMP_DEFE_MODEL_H
+
+#include "defe/coupling/cohesive.h"
+#include "defe/coupling/corner_strain.h"
+#include "defe/coupling/criterion.h"
+#include "defe/fe/material_law.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+struct DefeMaterial {
+  std::string name;
+  std::string words;    // law and constants, as given
+  std::shared_ptr<const defe::fe::MaterialLaw> law;
+  bool rigid() const { return law->rigid(); }
+  /** Density, and moduli of small and fast deformation. */
+  const defe::fe::IsotropicElastic &elastic() const { return law->elastic(); }
+};
+
+struct DefePart {
+  std::string name;
+  int material = -1;
+  bool convertible = false;
+  std::shared_ptr<const defe::ConversionCriterion> criterion;
+  std::string
+      criterion_words;         // name and numbers; of the largest principal stress the number alone
+  double stress = 0.0;         // in uniaxial tension, at which elements convert
+  int type = 0;                // atom type of its DEs
+  int group = 0;               // group its DEs join
+  double shield_time = 0.0;    // tau = 3 h / c_d, from the mean element size
+  std::string start;           // region converted at step 0, "all", or empty
+};
+
+/** Ties of DEs of `part` to elements of `base` that can break. */
+struct DefeAdhesive {
+  int part, base;
+  defe::CohesiveParameters law;
+};
+
+/** What the fix command says. Values only: defe_options.cpp reads them. */
+struct DefeModel {
+  std::vector<DefeMaterial> materials;
+  std::vector<DefePart> parts;
+  std::vector<DefeAdhesive> adhesives;
+  std::vector<defe::CornerModuli> corner_moduli;    // per part
+
+  bool contact_given = false;    // the keyword, also with 0
+  double contact_factor = 0.0;
+  double contact_friction = 0.0;
+  // overlaps that are there before the first step; of balls those that are deep are refused by default
+  bool refuse_overlaps = false, ease_overlaps = false;
+
+  bool shield = true;
+  bool gauss_stress = false;
+  bool force_lagrangian = false;
+  bool reproducible = false;
+#if defined(NDEBUG) && !defined(DEFE_CHECK)
+  bool checking = false;    // of all records after every reneighbouring
+#else
+  bool checking = true;
+#endif
+  enum EnergyCheck { ENERGY_NO, ENERGY_WARN, ENERGY_STOP } energy_check = ENERGY_WARN;
+
+  bool contact() const
+  {
+    return contact_factor > 0.0;
+  }
+  const DefeMaterial &material_of(const DefePart &p) const
+  {
+    return materials[p.material];
+  }
+  int find_part(const std::string &) const;
+  bool any_convertible() const;
+  /** Null: ties between these parts do not break. */
+  const DefeAdhesive *adhesive_of(int part, int base) const;
+  /** A node's shares can be added and taken away in any order, if sums are to be exact. */
+  double element_mass(const DefePart &, double volume) const;
+  /** Name, material and type of DEs, in words. */
+  std::string describe(const DefePart &) const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

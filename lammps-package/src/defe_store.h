@@ -1,0 +1,143 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifndef LMP_DEFE_STORE_H
+#define LMP_DEFE_STORE_H
+
+#include "defe_component.h"
+#include "defe_records.h"
+
+#include <memory>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/** One kind of data that atoms have: how it grows, moves, and travels in their records. */
+class DefeField {
+ public:
+  virtual void grow(int n) = 0;
+  /** LAMMPS copies only to move: what was there at `from` is dead afterwards. */
+  virtual void move(int from, int to) = 0;
+  virtual int size(int i) const = 0;
+  virtual int pack(int i, double *buf) const = 0;
+  virtual int unpack(int i, const double *buf) = 0;
+  /** No atom of this rank has more, also after a conversion that follows. */
+  virtual int most() const = 0;
+
+ protected:
+  ~DefeField() = default;    // nobody owns one by this
+};
+
+/** Doubles that hold so many bytes. */
+constexpr int doubles_of(size_t bytes)
+{
+  return static_cast<int>((bytes + sizeof(double) - 1) / sizeof(double));
+}
+
+/** What atoms have: reference positions, elements, DEs and contacts, and what others add to the table of
+    fields. Migrates with them, and is in restart files. */
+class DefeStore : protected DefeComponent {
+ public:
+  explicit DefeStore(DefeSystem &);
+  ~DefeStore() override;
+  void add_field(DefeField *);
+
+  /** Reference position, never wrapped; and in the periodic frame that x is in now. */
+  double *x_ref(int i) const { return frames.ref[i]; }
+  double *x_frame(int i) const { return frames.now[i]; }
+  void set_reference(int i, const double *x);
+
+  /** Finite elements at this node. */
+  int elements_at(int i) const { return frames.elements[i]; }
+  void set_elements_at(int i, int n) { frames.elements[i] = n; }
+  /** Of which it is the first node. */
+  std::vector<HexRecord> &hexes(int i) { return elements.of[i]; }
+  const std::vector<HexRecord> &hexes(int i) const { return elements.of[i]; }
+
+  /** Null: it is none. */
+  DERecord *de(int i) const { return des.of[i].get(); }
+  void set_de(int i, const DERecord &r) { des.of[i] = std::make_unique<DERecord>(r); }
+  bool is_loose(int i) const;    // a DE that nothing holds
+  bool is_node(int i) const { return !de(i) && elements_at(i) > 0; }
+  bool is_ours(int i) const { return de(i) || elements_at(i) > 0; }
+
+  /** Contacts of an owned atom, null if it has none; and the same, made if there are none. */
+  AtomTouch *touches(int i) const { return contacts.of[i].get(); }
+  AtomTouch &touch_at(int i);
+
+  void grow(int n);
+  void move(int from, int to);
+  /** Of an atom that is new. */
+  void clear(int i);
+  /** Of one that has gone without another in its place. */
+  void forget(int i);
+
+  // the record of one atom, with its size at the front
+
+  int record_size(int i) const;
+  int pack(int i, double *buf) const;
+  int unpack(int i, const double *buf);
+  void update_maxexchange();
+
+  /** Of a data file that is read: its elements come before LAMMPS makes the arrays of the atoms. */
+  void begin_reading();
+  void end_reading();
+  void came_with_file(int i);
+
+  double memory_usage() const;
+
+ private:
+  struct Frames : DefeField {
+    double **ref = nullptr, **now = nullptr;
+    int *elements = nullptr;
+    Memory *memory = nullptr;
+    void grow(int n) override;
+    void move(int from, int to) override;
+    int size(int) const override { return SIZE; }
+    int pack(int i, double *buf) const override;
+    int unpack(int i, const double *buf) override;
+    int most() const override { return SIZE; }
+    static constexpr int SIZE = 4;
+  } frames;
+  struct DEs : DefeField {
+    std::vector<std::unique_ptr<DERecord>> of;
+    void grow(int n) override { of.resize(n); }
+    void move(int from, int to) override { of[to] = std::move(of[from]); }
+    int size(int i) const override { return of[i] ? 1 + SIZE : 1; }
+    int pack(int i, double *buf) const override;
+    int unpack(int i, const double *buf) override;
+    int most() const override { return 1 + SIZE; }
+    static constexpr int SIZE = doubles_of(sizeof(DERecord));
+  } des;
+  struct Contacts : DefeField {
+    std::vector<std::unique_ptr<AtomTouch>> of;
+    const Atom *atom = nullptr;
+    void grow(int n) override { of.resize(n); }
+    void move(int from, int to) override { of[to] = std::move(of[from]); }
+    int size(int i) const override;
+    int pack(int i, double *buf) const override;
+    int unpack(int i, const double *buf) override;
+    int most() const override;
+  } contacts;
+  struct Elements : DefeField {
+    std::vector<std::vector<HexRecord>> of;
+    DefeSystem *sys = nullptr;
+    void grow(int n) override { of.resize(n); }
+    void move(int from, int to) override;
+    int size(int i) const override;
+    int pack(int i, double *buf) const override;
+    int unpack(int i, const double *buf) override;
+    int most() const override;
+  } elements;
+  std::vector<DefeField *> fields;
+
+  bool reading = false;
+  std::vector<char> just_read;    // by atom: its elements came with the data file that is read
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

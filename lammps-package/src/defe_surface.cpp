@@ -1,0 +1,252 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+// Contact of surfaces: the forces in coupling (surface_forces.h) on what the search has found, and what is
+// booked of them. Forces on balls of other ranks go back with their ghosts.
+
+#include "defe_system.h"
+
+#include "defe_surface_search.h"
+
+#include "atom.h"
+#include "update.h"
+
+#include "defe/coupling/surface_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+using namespace LAMMPS_NS;
+using defe::Vec3;
+
+// overlaps from before the first step are eased out within this many stable steps of the elements
+static constexpr double EASE_STEPS = 2000.0;
+
+namespace {
+
+/** Contacts of an atom from step to step. */
+class Touches : public defe::ContactMemory {
+ public:
+  explicit Touches(DefeSystem &s) : sys(s) {}
+  defe::ContactHistory *find(int i, int part) override
+  {
+    AtomTouch *t = sys.store.touches(i);
+    if (t)
+      for (auto &face : t->faces)
+        if (face.part == part) return &face;
+    return nullptr;
+  }
+  defe::ContactHistory &make(int i, int part) override
+  {
+    auto &list = sys.store.touch_at(i).faces;
+    list.emplace_back();
+    list.back().part = part;
+    return list.back();
+  }
+  void drop(int i, int part) override
+  {
+    auto &list = sys.store.touch_at(i).faces;
+    for (auto &face : list)
+      if (face.part == part) {
+        face = list.back();
+        list.pop_back();
+        return;
+      }
+  }
+  bool tied(int i, std::int64_t element) override
+  {
+    return sys.joints.tied(i, static_cast<tagint>(element));
+  }
+  bool inherits(int i, int part) override
+  {
+    // a DE that was an element with this contact a step ago
+    const AtomTouch *t = sys.store.touches(i);
+    if (t && t->fresh && sys.store.de(i) && sys.store.de(i)->part != part) return true;
+    // a tie that broke by shear while it was pressed
+    const auto &jt = sys.joints;
+    for (int ds : jt.debonded)
+      if (jt.self[ds / 6] == i && jt.rec[ds / 6]->slot[ds % 6].part == part) return true;
+    return false;
+  }
+
+ private:
+  DefeSystem &sys;
+};
+
+}    // namespace
+
+DefeSurface::DefeSurface(DefeSystem &system) : DefeComponent(system) {}
+DefeSurface::~DefeSurface() = default;
+
+/* ---------------------------------------------------------------------- */
+
+void DefeSurface::build()
+{
+  forget();
+  fresh.clear();
+  for (int i : sys.joints.self)
+    if (i < atom->nlocal && sys.store.touches(i) && sys.store.touches(i)->fresh) fresh.push_back(i);
+  if (!sys.model.contact()) return;
+  if (!search) search = std::make_unique<DefeSurfaceSearch>(sys);
+  search->run(tables);
+  pack_facet_nodes();
+  planes_fresh = true;
+}
+
+void DefeSurface::forget()
+{
+  tables.clear();
+  facet_nodes.clear();
+}
+
+/* ----------------------------------------------------------------------
+   the facets at the positions now
+------------------------------------------------------------------------- */
+
+void DefeSurface::pack_facet_nodes()
+{
+  facet_nodes.clear();
+  for (const auto &f : tables.facets)
+    facet_nodes.push_back({f.node[0], f.node[1], f.node[2], f.node[3]});
+}
+
+void DefeSurface::update_planes()
+{
+  const int n = static_cast<int>(tables.facets.size());
+  tables.planes.resize(n);
+  if (n)
+    defe::facet_planes(n, reinterpret_cast<const int(*)[4]>(facet_nodes.data()), &atom->x[0][0],
+                       tables.planes.data());
+}
+
+/* ---------------------------------------------------------------------- */
+
+double DefeSurface::reach_of(int i) const
+{
+  const double reach = sys.tables.outer_reach()[i];
+  return reach > 0.0 ? reach : atom->radius[i];
+}
+
+double DefeSurface::ball_stiffness(int part, int i) const
+{
+  const auto &m = sys.model.material_of(sys.model.parts[part]);
+  return sys.model.contact_factor * m.elastic().bulk() * sys.tables.outer_length()[i];
+}
+
+/* ---------------------------------------------------------------------- */
+
+defe::SurfaceArrays DefeSurface::arrays(bool virial) const
+{
+  defe::SurfaceArrays a;
+  const bool any = atom->nlocal + atom->nghost > 0;
+  a.x = any ? &atom->x[0][0] : nullptr;
+  a.v = any ? &atom->v[0][0] : nullptr;
+  a.f = any ? &atom->f[0][0] : nullptr;
+  a.omega = any ? &atom->omega[0][0] : nullptr;
+  a.torque = any ? &atom->torque[0][0] : nullptr;
+  a.radius = atom->radius;
+  a.mass = atom->rmass;
+  a.dt = update->dt;
+  a.friction = sys.model.contact_friction;
+  a.moving = !update->setupflag && update->whichflag != 2;
+  a.minimizing = !update->setupflag && update->whichflag == 2;
+  a.virial = virial;
+  a.force_grid = sys.sums.force_grid();
+  a.torque_grid = sys.sums.torque_grid();
+  a.ease = sys.mesh.dt_finite() > 0.0 ? MIN(1.0, update->dt / (EASE_STEPS * sys.mesh.dt_finite()))
+                                      : 0.0;
+  return a;
+}
+
+/* ----------------------------------------------------------------------
+   forces, onto owned and ghost atoms
+------------------------------------------------------------------------- */
+
+void DefeSurface::forces(double *virial)
+{
+  if (!planes_fresh) update_planes();
+  planes_fresh = false;
+  Touches memory(sys);
+  auto a = arrays(virial != nullptr);
+  a.changed = to_book;
+  const auto r = defe::surface_forces(tables, a, memory);
+  energy_ = r.energy + r.springs;
+  if (r.beyond >= 0) sys.sums.set_beyond(r.beyond);
+  sys.ledger.friction += r.friction;
+  sys.ledger.external += r.eased;
+  for (int k = 0; k < 6 && virial; k++) virial[k] += r.virial[k];
+  book(r);
+  if (to_book) {
+    sys.ledger.conv_strain -= r.energy - r.eased;
+    to_book = false;
+  }
+  note_overlaps(r, a.moving);
+  for (int i : fresh)
+    if (sys.store.touches(i)) sys.store.touches(i)->fresh = false;
+  fresh.clear();
+}
+
+/* ----------------------------------------------------------------------
+   energies that an evaluation of contacts has found to be gone or to come from elsewhere
+------------------------------------------------------------------------- */
+
+void DefeSurface::book(const defe::SurfaceResult &r)
+{
+  // what a broken tie held is still here
+  for (const auto &one : r.inherited)
+    if (!sys.store.touches(one.atom)->fresh) sys.ledger.release -= one.energy;
+  for (const auto &t : r.let_through) {
+    sys.ledger.through += t.energy;
+    if (t.counts) note_let_through(t.atom, t.depth);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   energy of contact at the positions now, with the tables of before the conversion
+------------------------------------------------------------------------- */
+
+void DefeSurface::begin_conversion()
+{
+  if (!sys.model.contact()) return;
+  update_planes();
+  planes_fresh = false;
+  Touches memory(sys);
+  auto a = arrays(false);
+  a.energy_only = true;
+  const auto r = defe::surface_forces(tables, a, memory);
+  book(r);
+  sys.ledger.conv_strain += r.energy;
+  to_book = true;
+}
+
+/* ----------------------------------------------------------------------
+   energy of balls on the quarters of elements of this rank that convert now, by element and corner node:
+   their DEs take it over
+------------------------------------------------------------------------- */
+
+void DefeSurface::ball_shares(const defe::ConversionPlan &plan,
+                              std::vector<BallShare> &shares) const
+{
+  for (const auto &pair : tables.balls) {
+    const auto &facet = tables.facets[pair.facet];
+    const auto element = static_cast<tagint>(facet.element);
+    if (!facet.outer || !plan.converting(element)) continue;
+    Vec3 force = Vec3::Zero();
+    defe::FacetLoad load;
+    const auto r =
+        defe::ball_on_facet(Vec3(atom->x[pair.atom]), atom->radius[pair.atom],
+                            tables.planes[pair.facet], facet.k_area, facet.area, force, load);
+    for (int q = 0; q < 4; q++)
+      if (r.quarter[q] > 0.0)
+        shares.push_back({element, atom->tag[facet.node[q]], atom->tag[pair.atom], r.quarter[q],
+                          r.quarter_push[q]});
+  }
+  // several faces of one DE may have met the same ball
+  std::sort(shares.begin(), shares.end(), [](const BallShare &a, const BallShare &b) {
+    return std::tie(a.element, a.node, a.ball) < std::tie(b.element, b.node, b.ball);
+  });
+}

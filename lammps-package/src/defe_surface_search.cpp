@@ -1,0 +1,184 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+// What the search of coupling (surface_search.h) works on. Facets of other ranks' elements come with the
+// ghosts of the elements' first nodes.
+
+#include "defe_surface_search.h"
+
+#include "defe_system.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "fix.h"
+#include "force.h"
+#include "neighbor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+using defe::Vec3;
+
+DefeSurfaceSearch::DefeSurfaceSearch(DefeSystem &system) : DefeComponent(system), ties(system) {}
+
+void DefeSurfaceSearch::run(defe::SurfaceTables &tables)
+{
+  const bool any = atom->nlocal + atom->nghost > 0;
+  auto &all = scene.particles;
+  all.nlocal = atom->nlocal;
+  all.nall = atom->nlocal + atom->nghost;
+  all.x = any ? &atom->x[0][0] : nullptr;
+  all.X = any ? sys.store.x_frame(0) : nullptr;
+  all.radius = atom->radius;
+  all.id = atom->tag;
+
+  scene.ties = &ties;
+  scene.factor = sys.model.contact_factor;
+  scene.skin = neighbor->skin;
+  scene.element_size = sys.mesh.max_diagonal();
+  ties.born_loose = force->pair_match("defe/contact", 1) != nullptr;
+  gather_parts();
+  gather_elements();
+  gather_des();
+  search.run(scene, tables);
+}
+
+void DefeSurfaceSearch::gather_parts()
+{
+  scene.parts.clear();
+  for (const auto &part : sys.model.parts) {
+    const auto &m = sys.model.material_of(part);
+    scene.parts.push_back({m.rigid(), m.elastic().bulk()});
+  }
+}
+
+void DefeSurfaceSearch::gather_des()
+{
+  const auto &jt = sys.joints;
+  auto &des = scene.des;
+  des.count = jt.nde;
+  des.particle = jt.self.data();
+  des.distance = sys.tables.outer_reach().data();
+  des.length = sys.tables.outer_length().data();
+  des.part.resize(jt.nde);
+  des.area.resize(jt.nde);
+  for (int d = 0; d < jt.nde; d++) {
+    des.part[d] = jt.rec[d]->part;
+    des.area[d] = jt.rec[d]->outer_area;
+  }
+}
+
+bool DefeSurfaceSearch::Ties::lasting(int de, int part, std::int64_t element) const
+{
+  const auto &jt = sys.joints;    // on this rank DEs of the scene are those of the joint table
+  return !born_loose && !sys.model.adhesive_of(jt.rec[de]->part, part) &&
+      jt.tied(jt.self[de], static_cast<tagint>(element));
+}
+
+double DefeSurfaceSearch::Ties::tied_face(int de, int part) const
+{
+  double nearest = HUGE_VAL;
+  for (const auto &slot : sys.joints.rec[de]->slot)
+    if (slot.kind == DefeJoint::TIE && slot.part == part)
+      nearest = std::min(nearest, Vec3(slot.face).dot(Vec3(slot.normal)));
+  return nearest;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DefeSurfaceSearch::add_element(const HexPod &h, const int *idx)
+{
+  unsigned bare = 0, free = 0;
+  for (int f = 0; f < 6; f++) {
+    bare |= static_cast<unsigned>(h.nb[f] <= 0) << f;
+    free |= static_cast<unsigned>(h.nb[f] == 0) << f;
+  }
+  scene.elements.push_back({h.id, idx, h.volume, h.part, static_cast<unsigned char>(bare),
+                            static_cast<unsigned char>(free)});
+}
+
+void DefeSurfaceSearch::gather_elements()
+{
+  const bool ghosts = comm->nprocs > 1 || domain->xperiodic || domain->yperiodic ||
+      domain->zperiodic;
+  scene.elements.clear();
+  ghost_idx.clear();
+  exposed.at.clear();
+  const auto &list = sys.elements.exposed();
+  scene.elements.reserve(list.size());
+  for (const auto &e : list) {
+    const auto &b = sys.elements.batches()[e.first];
+    const auto &nodes = b.nodes(e.second);
+    add_element(*b.hex[e.second], nodes.data());
+    if (ghosts) exposed.at[nodes[0]].push_back(*b.hex[e.second]);
+  }
+  if (ghosts) gather_ghost_elements();
+}
+
+void DefeSurfaceSearch::gather_ghost_elements()
+{
+  const int rounds = sys.mesh.hexes_per_node();
+  for (exposed.round = 0; exposed.round < rounds; exposed.round++)
+    sys.ghosts.forward(exposed, MESSAGE_SIZE);
+  std::vector<int> anchors;
+  for (const auto &s : exposed.at)
+    if (s.first >= atom->nlocal) anchors.push_back(s.first);
+  std::sort(anchors.begin(), anchors.end());
+  const double size = sys.mesh.max_diagonal();
+  for (int anchor : anchors)
+    for (const auto &h : exposed.at[anchor]) {
+      const Vec3 X(sys.store.x_frame(anchor));
+      std::array<int, 8> idx;
+      idx[0] = anchor;
+      bool complete = true;
+      for (int a = 1; a < 8 && complete; a++) {
+        const int j = sys.ids.local_of(h.node[a]);
+        complete = j >= 0;
+        if (!complete) continue;
+        // beside a ghost anchor the right image of a node may be missing: then this is another one
+        idx[a] = domain->closest_image(anchor, j);
+        complete = (Vec3(sys.store.x_frame(idx[a])) - X).squaredNorm() < 1.01 * size * size;
+      }
+      // otherwise it is farther away than anything of mine can touch
+      if (!complete) continue;
+      ghost_idx.push_back(idx);
+      add_element(h, ghost_idx.back().data());
+    }
+}
+
+/* ----------------------------------------------------------------------
+   only atoms that have something send it, one element a round
+------------------------------------------------------------------------- */
+
+int DefeSurfaceSearch::Exposed::pack_forward(int n, const int *list, const double *, double *buf)
+{
+  int m = 1;
+  for (int ii = 0; ii < n; ii++) {
+    const auto found = at.find(list[ii]);
+    if (found == at.end() || round >= static_cast<int>(found->second.size())) continue;
+    buf[m++] = ubuf(ii).d;
+    memcpy(static_cast<void *>(&buf[m]), &found->second[round], sizeof(HexPod));
+    m += HEX_SIZE;
+  }
+  buf[0] = ubuf(m).d;
+  return m;
+}
+
+void DefeSurfaceSearch::Exposed::unpack_forward(int, int first, const double *buf)
+{
+  int m = 0;
+  const int end = static_cast<int>(ubuf(buf[m++]).i);
+  while (m < end) {
+    const int i = first + static_cast<int>(ubuf(buf[m++]).i);
+    HexPod h;
+    memcpy(static_cast<void *>(&h), &buf[m], sizeof(HexPod));
+    m += HEX_SIZE;
+    at[i].push_back(h);
+  }
+}

@@ -1,0 +1,69 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifndef LMP_DEFE_SURFACE_SEARCH_H
+#define LMP_DEFE_SURFACE_SEARCH_H
+
+#include "defe_component.h"
+#include "defe_ghosts.h"
+#include "defe_records.h"
+#include "defe_store.h"
+
+#include "defe/coupling/surface_search.h"
+
+#include <array>
+#include <deque>
+#include <unordered_map>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/** Lets the search see the mesh and the DEs of this rank and what comes from the ranks around; once per
+    reneighbouring. */
+class DefeSurfaceSearch : protected DefeComponent {
+ public:
+  explicit DefeSurfaceSearch(DefeSystem &);
+  void run(defe::SurfaceTables &);
+
+  // most that goes per atom and round
+  static constexpr int HEX_SIZE = doubles_of(sizeof(HexPod));
+  static constexpr int MESSAGE_SIZE = 2 + HEX_SIZE;
+
+ private:
+  defe::SurfaceSearch search;
+  defe::SurfaceScene scene;
+  std::deque<std::array<int, 8>> ghost_idx;
+
+  void gather_elements();
+  void gather_ghost_elements();
+  void add_element(const HexPod &, const int *idx);
+  void gather_des();
+  void gather_parts();
+
+  class Ties : public defe::SurfaceTies {
+   public:
+    explicit Ties(DefeSystem &s) : sys(s) {}
+    bool born_loose = false;    // ties hold nothing
+    bool lasting(int de, int part, std::int64_t element) const override;
+    double tied_face(int de, int part) const override;
+
+   private:
+    DefeSystem &sys;
+  } ties;
+
+  /** Exposed elements by first node. */
+  class Exposed : public DefeMessage {
+   public:
+    std::unordered_map<int, std::vector<HexPod>> at;
+    int round = 0;
+    int pack_forward(int n, const int *list, const double *shift, double *buf) override;
+    void unpack_forward(int n, int first, const double *buf) override;
+  } exposed;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

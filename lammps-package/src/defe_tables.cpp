@@ -1,0 +1,285 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "defe_system.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "update.h"
+
+using namespace LAMMPS_NS;
+using defe::Vec3;
+
+DefeTables::DefeTables(DefeSystem &system) : DefeComponent(system), outer(system) {}
+
+/* ----------------------------------------------------------------------
+   local indices of everything; once per reneighbouring
+------------------------------------------------------------------------- */
+
+void DefeTables::build()
+{
+  sys.account.begin_run();
+  if (sys.ids.natoms_changed()) sys.ids.check_newcomers();
+  update_frames();
+  sys.elements.build();
+  build_joints();
+  sys.work.list_forced();
+  sys.surface.build();
+  built_++;
+  sys.account.forget();
+  if (sys.model.checking) {
+    sys.audit.records("after reneighbouring");
+    sys.audit.masses();
+  }
+}
+
+void DefeTables::forget()
+{
+  sys.elements.forget();
+  sys.joints.clear();
+  sys.surface.forget();
+}
+
+/* ----------------------------------------------------------------------
+   reference positions in the periodic frame of x, for owned and ghost atoms, and DEs seen from outside
+------------------------------------------------------------------------- */
+
+void DefeTables::update_frames()
+{
+  const int nlocal = atom->nlocal;
+  const int nall = nlocal + atom->nghost;
+  const auto at_home = (static_cast<imageint>(IMGMAX) << IMG2BITS) |
+      (static_cast<imageint>(IMGMAX) << IMGBITS) | IMGMAX;
+  for (int i = 0; i < nlocal; i++) {
+    double *X = sys.store.x_frame(i);
+    for (int k = 0; k < 3; k++) X[k] = sys.store.x_ref(i)[k];
+    if (atom->image[i] != at_home) domain->unmap_inv(X, atom->image[i]);
+  }
+  outer.reach.assign(nall, 0.0);
+  outer.length.assign(nall, 0.0);
+  for (int i = 0; i < nlocal; i++) {
+    const DERecord *r = sys.store.de(i);
+    if (!r) continue;
+    outer.reach[i] = r->outer_distance;
+    outer.length[i] = 0.5 * r->outer_area * r->outer_area / r->volume;
+  }
+  sys.ghosts.forward(outer, 5);
+}
+
+int DefeTables::Outer::pack_forward(int n, const int *list, const double *shift, double *buf)
+{
+  int m = 0;
+  for (int ii = 0; ii < n; ii++) {
+    for (int k = 0; k < 3; k++) buf[m++] = sys.store.x_frame(list[ii])[k] + shift[k];
+    buf[m++] = reach[list[ii]];
+    buf[m++] = length[list[ii]];
+  }
+  return m;
+}
+
+void DefeTables::Outer::unpack_forward(int n, int first, const double *buf)
+{
+  int m = 0;
+  for (int i = first; i < first + n; i++) {
+    for (int k = 0; k < 3; k++) sys.store.x_frame(i)[k] = buf[m++];
+    reach[i] = buf[m++];
+    length[i] = buf[m++];
+  }
+}
+
+/* ----------------------------------------------------------------------
+   discrete elements and their joints: first those with orthogonal cells
+------------------------------------------------------------------------- */
+
+void DefeTables::build_joints()
+{
+  auto &jt = sys.joints;
+  const int nlocal = atom->nlocal;
+  jt.clear();
+  jt.of_atom.assign(nlocal + atom->nghost, -1);
+  if (sys.census.des() == 0) return;
+  std::vector<Draft> ortho, general;
+  for (int i = 0; i < nlocal; i++) {
+    if (!sys.store.de(i)) continue;
+    if (i + 2 < nlocal) prefetch(sys.store.de(i + 2));
+    Draft draft;
+    defe::GeneralCell cell;
+    draft_cell(i, draft, cell);
+    if (defe::is_orthogonal(cell))
+      ortho.push_back(draft);
+    else {
+      general.push_back(draft);
+      jt.cell.push_back(cell);
+    }
+  }
+  list_des(ortho, general);
+  for (int d = 0; d < jt.nde; d++) {
+    if (d + 2 < jt.nde) prefetch(jt.rec[d + 2]);
+    fill_slots(d);
+  }
+  jt.tie_point.assign(3 * jt.tie_node.size() + 3, 0.0);
+}
+
+void DefeTables::draft_cell(int i, Draft &draft, defe::GeneralCell &cell)
+{
+  DERecord &r = *sys.store.de(i);
+  draft.atom = i;
+  cell.tie = 0;
+  for (int s = 0; s < 6; s++) {
+    JointSlot &slot = r.slot[s];
+    draft.nb[s] = i;
+    cell.dX[s].setZero();
+    cell.face[s] = Vec3(slot.face);
+    draft.len[s] = draft.half[s] = cell.face[s].norm();
+    if (slot.kind == DefeJoint::DE && (slot.state != DefeJoint::CONTACT || slot.plane)) {
+      const int j = domain->closest_image(i, sys.ids.local_of(slot.other));
+      if (j < 0 && slot.plane) {    // the other fragment was deleted
+        slot.plane = 0;
+        continue;
+      }
+      if (j < 0)
+        error->one(FLERR,
+                   "DE {} is joined to DE {}, which is missing on proc {} at step {}: it was "
+                   "lost or deleted, or the communication cutoff is too small",
+                   atom->tag[i], slot.other, comm->me, update->ntimestep);
+      for (int k = 0; k < 3; k++) cell.dX[s][k] = sys.store.x_frame(j)[k] - sys.store.x_frame(i)[k];
+      draft.nb[s] = j;
+      draft.len[s] = cell.dX[s].norm();
+    } else if (slot.kind == DefeJoint::TIE && slot.state != DefeJoint::CONTACT) {
+      cell.tie |= 1 << s;
+      cell.dX[s] = cell.face[s];
+    }
+  }
+}
+
+void DefeTables::list_des(const std::vector<Draft> &ortho, const std::vector<Draft> &general)
+{
+  auto &jt = sys.joints;
+  const int n = static_cast<int>(ortho.size() + general.size());
+  jt.nde = n;
+  jt.north = static_cast<int>(ortho.size());
+  jt.self.reserve(n);
+  for (const auto *list : {&ortho, &general})
+    for (const auto &c : *list) {
+      jt.of_atom[c.atom] = static_cast<int>(jt.self.size());
+      jt.self.push_back(c.atom);
+      jt.rec.push_back(sys.store.de(c.atom));
+      jt.nb.push_back(c.nb);
+      jt.len.push_back(c.len);
+      jt.half.push_back(c.half);
+    }
+  for (int i = atom->nlocal; i < atom->nlocal + atom->nghost; i++)
+    if (outer.reach[i] > 0.0) {
+      jt.of_atom[i] = static_cast<int>(jt.self.size());
+      jt.self.push_back(i);
+    }
+  jt.nall = static_cast<int>(jt.self.size());
+  jt.partner.resize(n);
+  jt.present.assign(n, 0);
+  jt.area.resize(n);
+  jt.material.resize(n);
+  jt.half_force.assign(jt.nall, std::array<double, 18>{});
+  jt.energy.assign(jt.nall, 0.0);
+  jt.state.assign(6 * static_cast<size_t>(jt.nall), DefeJoint::CONNECTIVE);
+}
+
+void DefeTables::fill_slots(int d)
+{
+  auto &jt = sys.joints;
+  DERecord &r = *jt.rec[d];
+  jt.material[d] = static_cast<unsigned char>(r.part);
+  if (r.newborn) jt.newborn.push_back(d);
+  for (int s = 0; s < 6; s++) {
+    const JointSlot &slot = r.slot[s];
+    jt.partner[d][s] = -1;
+    jt.state[6 * d + s] = slot.plane ? DefeJoint::PLANE : slot.state;
+    jt.area[d][s] = slot.area;
+    if (slot.apart > 0.0) jt.apart.push_back({d, slot.other, slot.apart});
+    if (slot.kind == DefeJoint::NONE || jt.state[6 * d + s] == DefeJoint::CONTACT) continue;
+    if (slot.kind == DefeJoint::DE) {
+      const int j = jt.nb[d][s];
+      if (jt.of_atom[j] >= 0) jt.partner[d][s] = 6 * jt.of_atom[j] + slot.partner;
+    } else
+      add_tie(d, s);
+    if (slot.state == DefeJoint::CONNECTIVE) jt.present[d] |= 1 << s;
+    if (slot.pending == 1) jt.pending.push_back(6 * d + s);
+    // a joint is computed by its lower ID, a tie by its only DE
+    if ((slot.state == DefeJoint::COHESIVE || slot.plane) &&
+        (slot.kind == DefeJoint::TIE || atom->tag[jt.self[d]] < slot.other))
+      jt.cohesive.push_back(6 * d + s);
+  }
+}
+
+void DefeTables::add_tie(int d, int s)
+{
+  auto &jt = sys.joints;
+  const int i = jt.self[d];
+  const JointSlot &slot = jt.rec[d]->slot[s];
+  std::array<int, 4> node;
+  for (int k = 0; k < 4; k++) {
+    node[k] = domain->closest_image(i, sys.ids.local_of(slot.face_node[k]));
+    if (node[k] < 0)
+      error->one(FLERR, "Node {} of the face that DE {} is tied to is missing at step {}",
+                 slot.face_node[k], atom->tag[i], update->ntimestep);
+  }
+  jt.nb[d][s] = ~static_cast<int>(jt.tie_node.size());
+  jt.tie_node.push_back(node);
+  jt.tie_element.push_back(slot.other);
+  jt.tie_part.push_back(slot.part);
+  if (slot.asks) jt.asking.push_back(6 * d + s);
+}
+
+/* ----------------------------------------------------------------------
+   strain energy of the corners of one owned DE at the current positions
+------------------------------------------------------------------------- */
+
+double DefeTables::de_energy(int d, unsigned present, Vec3 *half_force) const
+{
+  const auto &jt = sys.joints;
+  double **x = atom->x;
+  const int i = jt.self[d];
+  Vec3 y[6], hf[6];
+  for (int s = 0; s < 6; s++) {
+    y[s].setZero();
+    if (!(present & (1u << s))) continue;
+    const int nb = jt.nb[d][s];
+    if (nb >= 0) {
+      for (int k = 0; k < 3; k++) y[s][k] = x[nb][k] - x[i][k];
+    } else {
+      const auto &node = jt.tie_node[~nb];
+      for (int k = 0; k < 3; k++) {
+        double p = 0.0;
+        for (int a = 0; a < 4; a++) p += defe::tie_weight[a] * x[node[a]][k];
+        y[s][k] = p - x[i][k];
+      }
+    }
+  }
+  const auto &moduli = sys.model.corner_moduli[jt.material[d]];
+  if (d >= jt.north)
+    return defe::corner_strain_general(jt.cell[d - jt.north], y, present, moduli,
+                                       half_force ? half_force : hf);
+
+  // one orthogonal DE: neighbours as points of its own
+
+  double xs[21];
+  for (int k = 0; k < 3; k++) xs[k] = 0.0;
+  int nb[1][6];
+  double len[1][6], half[1][6], force[1][6][3], energy[1];
+  for (int s = 0; s < 6; s++) {
+    nb[0][s] = s + 1;
+    len[0][s] = jt.len[d][s];
+    half[0][s] = jt.half[d][s];
+    for (int k = 0; k < 3; k++) xs[3 * (s + 1) + k] = y[s][k];
+  }
+  const int self = 0;
+  const auto bits = static_cast<unsigned char>(present);
+  const defe::OrthogonalLattice one{1, &self, nb, &bits, len, half, nullptr};
+  const double sum = defe::corner_strain_orthogonal(one, xs, nullptr, &moduli, force, energy);
+  for (int s = 0; half_force && s < 6; s++) half_force[s] = Vec3(force[0][s]);
+  return sum;
+}

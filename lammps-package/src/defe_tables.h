@@ -1,0 +1,65 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifndef LMP_DEFE_TABLES_H
+#define LMP_DEFE_TABLES_H
+
+#include "defe_component.h"
+#include "defe_ghosts.h"
+#include "defe_joint_table.h"
+
+#include <array>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/** Makes the tables of local indices anew with the neighbour lists. */
+class DefeTables : protected DefeComponent {
+ public:
+  explicit DefeTables(DefeSystem &);
+  void build();
+  bigint built() const { return built_; }    // how often, also within one step
+  /** Local indices are void until the next reneighbouring. */
+  void forget();
+
+  // DEs seen from outside, owned and ghost, 0 for other atoms: distance of their outer face, and its
+  // A^2/2V, which times f_s K is a penalty stiffness
+  const std::vector<double> &outer_reach() const { return outer.reach; }
+  const std::vector<double> &outer_length() const { return outer.length; }
+
+  /** Strain energy of the corners of DE d with these joints; at the end the force on it by each joint. */
+  double de_energy(int d, unsigned present, defe::Vec3 *half_force = nullptr) const;
+
+ private:
+  bigint built_ = 0;
+
+  struct Draft {
+    int atom;
+    std::array<int, 6> nb;
+    std::array<double, 6> len, half;
+  };
+  void update_frames();
+  void build_joints();
+  void draft_cell(int i, Draft &, defe::GeneralCell &);
+  void list_des(const std::vector<Draft> &ortho, const std::vector<Draft> &general);
+  void fill_slots(int d);
+  void add_tie(int d, int s);
+
+  class Outer : public DefeMessage {
+   public:
+    explicit Outer(DefeSystem &s) : sys(s) {}
+    std::vector<double> reach, length;
+    int pack_forward(int n, const int *list, const double *shift, double *buf) override;
+    void unpack_forward(int n, int first, const double *buf) override;
+
+   private:
+    DefeSystem &sys;
+  } outer;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
