@@ -84,6 +84,25 @@ def held_together(path, log, interlayer):
     return result
 
 
+def used_conversions(events, nodes, edge):
+    """Of the elements that were converted: the share (percent) that holds a joint which softens or is broken, and how
+    many lie farther than four edges from any such joint. edge in mm; nodes: IDs of DEs follow this one."""
+    converted = {e[3] - 1: e[5] for e in events if e[2] == "convert"}
+    damaged, cells, reach = set(), {}, 4 * edge
+    cell = lambda x: tuple(int(c // reach) for c in x)
+    for e in events:
+        if e[2] in ("cohesive", "broken"):
+            damaged.update((de - nodes - 1) // 8 for de in (e[3], e[4]))
+            cells.setdefault(cell(e[5]), []).append(e[5])
+    far = 0
+    for x in (x for element, x in converted.items() if element not in damaged):
+        i, j, k = cell(x)
+        near = [p for a in (-1, 0, 1) for b in (-1, 0, 1) for c in (-1, 0, 1) for p in cells.get((i + a, j + b, k + c), ())]
+        far += not near or float(np.min(np.linalg.norm(np.array(near) - x, axis=1))) > reach
+    share = round(100 * len(damaged & converted.keys()) / len(converted), 1) if converted else None
+    return {"converted_that_crack_percent": share, "converted_far_from_cracks": far}
+
+
 # ---- pictures -----------------------------------------------------------------------------------
 
 
@@ -125,11 +144,11 @@ def sheet(path, title, cells, columns, width=720):
 ALLOWED_RISE = 0.1  # percent
 
 
-def pane_report(folder, title, plies, interlayer):
+def pane_report(folder, title, plies, interlayer, cracks=None):
     """All that laminated_plate and curved_pane make of a run in the folder: summary.json, energies.png,
     force.png, crack.png, and a table at the end of log.lammps. Fails if the total energy rises.
 
-    plies: the parts of glass, from above; interlayer: whether there is one.
+    plies: the parts of glass, from above; interlayer: whether there is one; cracks: what else was measured.
     """
     log = read_log(folder / "log.lammps")
     energies = results.read_energies(folder / "energies.txt")
@@ -159,10 +178,10 @@ def pane_report(folder, title, plies, interlayer):
     cracked = {p: s["first_damage_us"] for p, s in found.items() if s["first_damage_us"] is not None}
     held = held_together(folder / "pieces.dump", log, interlayer)
     brittle = np.flatnonzero(mesh["parts"] == plies[0])
+    edge = 1e3 * float(np.median(np.linalg.norm(np.diff(mesh["x"][mesh["hexes"][brittle][:, :2]], axis=1), axis=2)))
     s = {
         "variant": folder.name,
-        "element_mm": round(1e3 * float(np.median(np.linalg.norm(np.diff(
-            mesh["x"][mesh["hexes"][brittle][:, :2]], axis=1), axis=2))), 3),
+        "element_mm": round(edge, 3),
         "elements": len(mesh["hexes"]),
         "speed_m_s": round(-float(speed[0]), 6),
         "cracks_first": min(cracked, key=cracked.get) if cracked else None,
@@ -173,7 +192,9 @@ def pane_report(folder, title, plies, interlayer):
         "ball_force_max_us": round(float(middle[force.argmax()]), 2),
         "ball_energy_lost_J": round(0.5 * ball * (speed[0]**2 - speed[-1]**2), 4),
         "ball_speed_final_m_s": round(-float(speed[-1]), 4),
+        "cracks": cracks,
         "elements_converted": int(log["last"]["converted"]),
+        **used_conversions(events, log["nodes"], edge),
         "joints_broken": int(log["last"]["contact"]),
         "ties_broken": int(log["last"]["debonded"]),
         "held_together": held,
@@ -194,6 +215,13 @@ def pane_report(folder, title, plies, interlayer):
         f"  pieces: {held['pieces_of_more']}, and {held['pieces_of_one_DE']} single DEs of {held['mass_of_loose_DEs_g']:.3f} g; "
         f"the heaviest has {held['heaviest_piece_percent']:.2f} % of the mass",
     ]
+    if s["converted_that_crack_percent"] is not None:
+        lines.append(f"  of the elements converted {s['converted_that_crack_percent']:.1f} % hold a joint that softens or is broken; "
+                     f"{s['converted_far_from_cracks']} are more than four edges from any")
+    if cracks:
+        ratio = cracks["ring_axes_to_diagonals"]
+        lines.append(f"  {cracks['radial_cracks']} radial cracks; radius of the first rings along the axes of the pane to that along "
+                     f"the diagonals: {'-' if ratio is None else ratio}")
     if interlayer:
         lines.append(f"  glass that holds on the interlayer: {held['glass_on_interlayer_percent']:.3f} %; "
                      f"ties broken: {s['ties_broken']}")

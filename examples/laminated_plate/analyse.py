@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+import cracks
 import laminate
 
 if __name__ == "__main__":
@@ -15,4 +16,4 @@ if __name__ == "__main__":
         sys.exit(__doc__)
     folder, single = Path(sys.argv[1]), sys.argv[2] == "single"
     laminate.pane_report(folder, "glass 6 mm" if single else "glass 3 / PVB 0.76 / glass 3 mm",
-                         ["lower"] if single else ["upper", "lower"], not single)
+                         ["lower"] if single else ["upper", "lower"], not single, cracks.measure(folder))

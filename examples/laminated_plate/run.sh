@@ -3,15 +3,16 @@
 # which explains the DEFE_ variables:
 #   examples/run.sh laminated_plate [laminated | single] [-np N] [LAMMPS options...]
 # variants: laminated single
-# DEFE_SIZE=1.5 or 2 makes elements of this size along the pane instead of 1 mm (1 mm through it in any case);
-# results are then in output/VARIANT.SIZEmm.
+# DEFE_SIZE=1.5 or 2 makes elements of this size along the pane instead of 1 mm (1 mm through it in any case),
+# DEFE_MESH=turned or free turns them by 45 degrees, or makes quadrilaterals without a direction (mesh.py);
+# results are then in output/VARIANT.SIZEmm, output/VARIANT.MESH, output/VARIANT.MESH.SIZEmm.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
 # shellcheck source=../simulate.sh
 source ../simulate.sh
 
-variant=${DEFE_VARIANT:-laminated} size=${DEFE_SIZE:-1}
+variant=${DEFE_VARIANT:-laminated} size=${DEFE_SIZE:-1} mesh=${DEFE_MESH:-edges}
 case $size in
   1) n=100 ;;
   1.5) n=67 ;;
@@ -23,9 +24,24 @@ case $variant in
   single) height=0.006 layers=(--layer lower 0.006 6 1) ;;
   *) echo "example 'laminated_plate' has no variant '$variant': use laminated or single" >&2; exit 2 ;;
 esac
+case $mesh in
+  edges | turned | free) ;;
+  *) echo "laminated_plate: DEFE_MESH is edges, turned or free" >&2; exit 2 ;;
+esac
+# short edges of quadrilaterals without a direction: smaller steps, and none that the two clocks resonate with
+options=()
+case $mesh$size in
+  free1) options=(-var dt 1.5e-8) ;;
+  free*) options=(-var clock 1) ;;
+esac
 out=output/$variant
+if [[ $mesh != edges ]]; then out+=.$mesh; fi
 if [[ $size != 1 ]]; then out+=.${size}mm; fi
 fresh "$out"
-../../tools/layers2data "$out/mesh.data" --axis z "${layers[@]}" --x -0.05 $n 0.05 --y -0.05 $n 0.05
-simulate in.laminated_plate "$out" -var variant "$variant" -var height "$height" -var edge "${size}e-3" "$@"
+if [[ $mesh == edges ]]; then
+  ../../tools/layers2data "$out/mesh.data" --axis z "${layers[@]}" --x -0.05 $n 0.05 --y -0.05 $n 0.05
+else
+  "$DEFE_PYTHON" mesh.py "$out/mesh.data" "$mesh" --size "$size" "${layers[@]}"
+fi
+simulate in.laminated_plate "$out" -var variant "$variant" -var height "$height" -var edge "${size}e-3" "$@" "${options[@]}"
 "$DEFE_PYTHON" analyse.py "$out" "$variant"

@@ -1,0 +1,61 @@
+"""What examples/cracks.py and laminate.used_conversions() say of cracks that are known."""
+
+import math
+import sys
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "examples"))
+import cracks
+import laminate
+
+
+def cut(time, x, y, z, normal, ids=(1001, 1002)):
+    return (0, time, "cohesive", *ids, np.array([x, y, z]), np.array([*normal, 0.0]), 6e7)
+
+
+def radial(degrees, time=20.0, outer=30.0):
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return [cut(time, r * c, r * s, 0.5, (-s, c)) for r in np.arange(5.0, outer, 0.5)]
+
+
+def ring(radius_of, time=20.0):
+    angles = np.radians(np.arange(0.0, 360.0, 3.0))
+    return [cut(time, radius_of(a) * math.cos(a), radius_of(a) * math.sin(a), 5.5, (math.cos(a), math.sin(a))) for a in angles]
+
+
+class Cracks(unittest.TestCase):
+    def test_radial(self):
+        angles = [-170, -100, -30, 5, 14, 80, 130]
+        events = [e for a in angles for e in radial(a)]
+        # those that are too short, too late or rings do not count
+        events += radial(45, outer=12.0) + radial(-65, time=60.0)
+        events += [cut(20.0, 16 * math.cos(a), 16 * math.sin(a), 0.5, (math.cos(a), math.sin(a))) for a in np.arange(0, 6.28, 0.05)]
+        self.assertEqual(cracks.radial_cracks(cracks.Cuts(events, 0.0, 1.0)), 7)
+        self.assertEqual(cracks.radial_cracks(cracks.Cuts(radial(179.9) + radial(-179.9), 0.0, 1.0)), 1)
+        self.assertEqual(cracks.radial_cracks(cracks.Cuts([], 0.0, 1.0)), 0)
+
+    def test_ring(self):
+        circle = cracks.ring_radii(cracks.Cuts(ring(lambda a: 12.0) + ring(lambda a: 18.0, 30.0) + ring(lambda a: 5.0, 1.0), 5.0, 6.0))
+        for r in circle:
+            self.assertAlmostEqual(r, 12.0)
+        square = cracks.ring_radii(cracks.Cuts(ring(lambda a: 12.0 / max(abs(math.cos(a)), abs(math.sin(a)))), 5.0, 6.0))
+        self.assertLess(np.mean(square[::2]) / np.mean(square[1::2]), 0.85)
+        self.assertTrue(all(math.isnan(r) for r in cracks.ring_radii(cracks.Cuts([], 5.0, 6.0))))
+
+    def test_conversions(self):
+        nodes = 100
+        convert = lambda element, x: (0, 1.0, "convert", element, 3, np.array([x, 0.0, 0.0]), np.zeros(3), 1e-5)
+        # element 2 holds both ends of a joint; 3 is near it, 9 far away
+        events = [convert(2, 2.0), convert(3, 6.0), convert(9, 40.0), cut(2.0, 2.0, 0.0, 0.0, (1.0, 0.0), (nodes + 9, nodes + 10))]
+        self.assertEqual(laminate.used_conversions(events, nodes, 2.0),
+                         {"converted_that_crack_percent": 33.3, "converted_far_from_cracks": 1})
+        self.assertEqual(laminate.used_conversions([], nodes, 2.0),
+                         {"converted_that_crack_percent": None, "converted_far_from_cracks": 0})
+
+
+if __name__ == "__main__":
+    unittest.main()
