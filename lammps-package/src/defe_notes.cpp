@@ -322,6 +322,7 @@ void DefeNotes::say_all()
   if (!due || !update->whichflag) return;
   due = false;
   strengths();
+  laws();
   bodies();
   untied();
 }
@@ -355,6 +356,42 @@ void DefeNotes::strengths()
                         p.name, p.stress, strength, p.type, p.type));
       break;
     }
+  }
+}
+
+/* ----------------------------------------------------------------------
+   joints judged by their own traction, whose strength depends on the direction in the mesh; and a weak shear that is
+   asked for where the largest principal stress alone decides
+------------------------------------------------------------------------- */
+
+void DefeNotes::laws()
+{
+  const auto *pair = dynamic_cast<PairDefeJoint *>(force->pair_match("^defe/joint", 0));
+  if (!pair) pair = dynamic_cast<PairDefeJoint *>(force->pair_match("^defe/cohesive", 0));
+  if (!pair) return;
+  for (const auto &p : sys.model.parts) {
+    if (!p.convertible || (p.start.empty() && p.stress > sys.model.material_of(p).elastic().E))
+      continue;
+    const auto &law = pair->joint_law(p.type);
+    if (pair->joint_by_lattice(p.type)) {
+      double strength[3];    // of a tension along an axis, the diagonal of a face, that of a cube
+      for (int k = 0; k < 3; k++) {
+        const double normal = 1.0 / (k + 1.0);
+        const double shear = std::sqrt(normal * (1.0 - normal));
+        strength[k] = law.sigma_t / defe::equivalent_traction(normal, shear, law);
+      }
+      say(fmt::format(
+          "with lattice and beta {:.4g} part {} breaks at {:.3g} along the lines of its "
+          "mesh, at {:.3g} along the diagonals of faces and {:.3g} along those of "
+          "elements, and cracks follow the lines (pair_coeff {} {}): without lattice "
+          "they do not know the mesh",
+          law.beta, p.name, strength[0], strength[1], strength[2], p.type, p.type));
+    } else if (law.reciprocal && law.beta < 1.0)
+      say(fmt::format("part {} is not weaker in shear for 'reciprocal' and beta {:.4g} (pair_coeff "
+                      "{} {}): its cracks start where the largest principal stress is {:.6g}, and "
+                      "beta counts when they slide; with lattice joints break under a shear of "
+                      "{:.3g}",
+                      p.name, law.beta, p.type, p.type, law.sigma_t, law.beta * law.sigma_t));
   }
 }
 

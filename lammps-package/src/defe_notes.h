@@ -27,6 +27,7 @@ class DefeNotes : protected DefeComponent {
   bool due = false;    // the mesh was made or has grown since the last run
   std::vector<std::string> said;
   void strengths();
+  void laws();
   void bodies();
   void balls(bool deformable);
   void untied();

@@ -71,6 +71,12 @@ class PairDefeJoint : public Pair {
   {
     return coeffs[type * (atom_types + 1) + type].cohesive.sigma_t;
   }
+  /** The law of these joints, and whether each is judged by its own traction ("lattice"). */
+  const defe::CohesiveParameters &joint_law(int type) const
+  {
+    return coeffs[type * (atom_types + 1) + type].cohesive;
+  }
+  bool joint_by_lattice(int type) const { return coeffs[type * (atom_types + 1) + type].lattice; }
 
  protected:
   bool with_connective = true, with_cohesive = true, with_contact = true;

@@ -278,6 +278,36 @@ TEST(Strength, ConversionAboveIt)
       << "joints without a strength";
 }
 
+// ---- cracks and mesh ----
+
+TEST(Laws, LatticeKnowsTheMesh)
+{
+  const auto notes = [](const std::string &law, const std::string &more = "") {
+    return converting("56e6 type 4 group particles" + more, "defe/joint",
+                      "connective material cohesive 60e6 10 " + law + " contact 0.9 0.2");
+  };
+  const std::string rest =
+      " along those of elements, and cracks follow the lines (pair_coeff 4 4): "
+      "without lattice they do not know the mesh";
+  EXPECT_EQ(
+      notes("0.1 lattice"),
+      Notes{"with lattice and beta 0.1 part glass breaks at 6e+07 along the lines of its mesh, at "
+            "1.19e+08 along the diagonals of faces and 1.78e+08" +
+            rest});
+  EXPECT_EQ(
+      notes("1 lattice", " start all"),
+      Notes{"with lattice and beta 1 part glass breaks at 6e+07 along the lines of its mesh, at "
+            "8.49e+07 along the diagonals of faces and 1.04e+08" +
+            rest});
+  EXPECT_EQ(notes("0.1"), Notes());
+  EXPECT_EQ(
+      notes("0.1 reciprocal"),
+      Notes{"part glass is not weaker in shear for 'reciprocal' and beta 0.1 (pair_coeff 4 4): its "
+            "cracks start where the largest principal stress is 6e+07, and beta counts when they "
+            "slide; with lattice joints break under a shear of 6e+06"});
+  EXPECT_EQ(notes("1 reciprocal"), Notes());
+}
+
 // ---- once ----
 
 TEST(Once, NotInLaterRuns)
