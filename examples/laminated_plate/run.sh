@@ -31,8 +31,9 @@ esac
 # short edges of quadrilaterals without a direction: smaller steps, and none that the two clocks resonate with
 options=()
 case $mesh$size in
-  free1) options=(-var dt 1.5e-8) ;;
-  free*) options=(-var clock 1) ;;
+  free1) options=(-var dt 1.5e-8 -var clock 2) ;;
+  free1.5) options=(-var dt 2e-8 -var clock 2) ;;
+  free2) options=(-var clock 1) ;;
 esac
 out=output/$variant
 if [[ $mesh != edges ]]; then out+=.$mesh; fi
