@@ -125,4 +125,17 @@ double lattice_critical_step(const GeneralCell &cell, unsigned present, const Co
   return omega2 > 0.0 ? 2.0 / std::sqrt(omega2) : std::numeric_limits<double>::infinity();
 }
 
+double softening_critical_step(const GeneralCell &cell, unsigned present,
+                               const CornerModuli &moduli, double mass)
+{
+  Vec3 half_area[6];
+  corner_areas(cell, present, half_area);
+  double stiffness = 0.0;
+  for (int s = 0; s < 6; ++s)
+    if (present >> s & 1u) stiffness += 2.0 * half_area[s].norm() / cell.dX[s].norm();
+  stiffness *= moduli.lambda + 2.0 * moduli.mu;
+  return stiffness > 0.0 ? std::sqrt(2.0 * mass / stiffness)
+                         : std::numeric_limits<double>::infinity();
+}
+
 }    // namespace defe

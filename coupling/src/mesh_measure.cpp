@@ -1,7 +1,6 @@
 #include "defe/coupling/mesh_measure.h"
 
 #include "defe/coupling/conversion.h"
-#include "defe/coupling/crack_softening.h"
 #include "defe/fe/hex8.h"
 #include "defe/fe/stable_step.h"
 
@@ -23,7 +22,7 @@ StableSteps discrete_steps(const HexCoords &X, const fe::IsotropicElastic &elast
     for (int s = 0; s < 6; s++)
       if (slot_is_outer(k, s)) cell.dX[s] = 2.0 * cell.face[s];
     steps.joints = std::min(steps.joints, lattice_critical_step(cell, 0x3f, moduli, 0.125 * mass));
-    steps.des = std::min(steps.des, softening_step_share * steps.joints);
+    steps.des = std::min(steps.des, softening_critical_step(cell, 0x3f, moduli, 0.125 * mass));
     for (int s = 0; s < 6; s++)
       if (slot_is_outer(k, s)) {
         cell.dX[s] = cell.face[s];

@@ -145,6 +145,27 @@ TEST(CriticalStep, InfiniteLattice)
               1e-10);
 }
 
+// Springs of (lambda + 2 mu) area/length between all DEs, as stiff along as across: omega^2 = 4 sum over the axes.
+TEST(CriticalStep, SofteningJoints)
+{
+  const double lambda = 0.5, mu = 0.8, a = 0.25, b = 0.5;
+  const Mesh mesh = box_mesh(3, 3, 3, 1.0, [](const Vec3 &X) {
+    return Vec3(0.5 * X[0], X[1], X[2]);
+  });
+  const fe::IsotropicElastic elastic{mu * (3.0 * lambda + 2.0 * mu) / (lambda + mu),
+                                     0.5 * lambda / (lambda + mu), 2.0};
+  const Block block(mesh, std::vector<char>(27, 1), elastic);
+  const double omega2 = 4.0 * (lambda + 2.0 * mu) / 2.0 * (1.0 / (a * a) + 2.0 / (b * b));
+  for (int i = 0; i < block.des(); ++i) {
+    const auto &de = block.de[i];
+    const double step = softening_critical_step(de.cell, de.present, block.moduli, de.birth.mass);
+    if (de.present == 0x3f)
+      EXPECT_NEAR(step, 2.0 / std::sqrt(omega2), 1e-12);
+    else
+      EXPECT_GT(step, 2.0 / std::sqrt(omega2));
+  }
+}
+
 TEST(CriticalStep, BlockOfDEs)
 {
   for (double nu : {0.0, 0.2, 0.3, 0.4}) {

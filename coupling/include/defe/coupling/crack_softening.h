@@ -56,11 +56,6 @@ struct CrackEnd {
       nullptr;    ///< de_rotation() of those present, if the caller has it already
 };
 
-/// Share of lattice_critical_step() that stays stable while cracks grow: a softening joint may be as stiff along its
-/// plane as across it. Found by trying (CrackSoftening.StableStep): 0.79 and more in bodies that the law has cracked.
-/// (Joints cut at random, most of a body in one step, would need 0.46; nuclei shield their surroundings from that.)
-constexpr double softening_step_share = 0.75;
-
 /// Everything that a cut joint remembers. Plain data, a fixed size: packed as bytes, kept over restarts.
 struct CrackJoint {
   double m[3];              ///< crack normal, reference frame, towards the far end
