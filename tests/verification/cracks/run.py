@@ -1,6 +1,7 @@
 """Strength, fracture energy, path, branching and speed of cracks in turned lattices: see run.sh."""
 
 import argparse
+import concurrent.futures
 import os
 import subprocess
 
@@ -115,9 +116,10 @@ class Strip:
         box = {f'{c}{e}': float(v) for k, c in enumerate('xyz') for e, v in (('lo', lo[k]), ('hi', hi[k]))}
         run_lammps('in.strip', name, mesh=name + '.data', law=law, gf=gf, start=start, strain=strain, rate=rate,
                    stop=stop * D, steps=steps, **box)
-        os.remove(path(name + '.data'))
         self.gf = gf
         self.read(name)
+        for end in ('data', 'joints', 'events', 'log'):
+            os.remove(path(f'{name}.{end}'))
         return self
 
     def read(self, name):
@@ -208,17 +210,25 @@ CASES = [('lattice', 'lattice', 'all'), ('fronts', 'fronts', 'all'), ('fronts, a
 
 
 def plot_paths():
-    found = {}
+    cases = [(gf, name, turn, thickness, label, law, start) for gf in (50.0, 10.0)
+             for name, turn, thickness in ORIENTATIONS for label, law, start in CASES
+             if law != 'lattice' or thickness <= 6.0]    # of lattice the plane says enough
+
+    def one(k):
+        gf, name, turn, thickness, label, law, start = cases[k]
+        strip = Strip(turn, thickness).run(f'strip{k}', law, start, gf)
+        return (gf, name, label), (strip.broken.where(strip.broken.step > CUTTING).x, strip.measure())
+
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        found = dict(pool.map(one, range(len(cases))))
     for gf in (50.0, 10.0):
         rows = [['lattice turned by', 'law', 'tilt along', 'across', 'scatter (d)', 'energy / G_f', 'beside it',
                  'energy rises']]
-        for name, turn, thickness in ORIENTATIONS:
-            for label, law, start in CASES:
-                if law == 'lattice' and thickness > 6.0:    # the plane says enough
+        for name, _, _ in ORIENTATIONS:
+            for label, _, _ in CASES:
+                if (gf, name, label) not in found:
                     continue
-                strip = Strip(turn, thickness).run('strip', law, start, gf)
-                r = strip.measure()
-                found[(gf, name, label)] = (strip.broken.where(strip.broken.step > CUTTING).x, r)
+                _, r = found[(gf, name, label)]
                 if r is None:
                     rows.append([name, label] + ['does not run'] + [''] * 5)
                     continue
@@ -272,10 +282,17 @@ def plot_branching():
     rows = [['lattice turned by', 'law', 'speed, x = 5 to 25 mm (m/s)', '25 to 45 mm', 'cracks at x = 45 mm']]
     figure, axes = plt.subplots(3, 3, figsize=(10, 7.2), sharex=True, sharey=True)
     plot, ax_speed = plt.subplots(figsize=(6, 4))
-    for column, angle in enumerate((0.0, 22.5, 45.0)):
+    angles = (0.0, 22.5, 45.0)
+
+    def one(k):
+        plate = Strip(turned(angles[k // 3]), 2.0, -10.0, 60.0, 60.0, 4.0)
+        return plate.run(f'plate{k}', *CASES[k % 3][1:], 10.0, strain=4.5e-4, rate=0.0, stop=54.0, steps=560)
+
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        plates = list(pool.map(one, range(9)))
+    for column, angle in enumerate(angles):
         for row, (label, law, start) in enumerate(CASES):
-            plate = Strip(turned(angle), 2.0, -10.0, 60.0, 60.0, 4.0)
-            plate.run('plate', law, start, 10.0, strain=4.5e-4, rate=0.0, stop=54.0, steps=560)
+            plate = plates[3 * column + row]
             ax, colour = axes[row][column], RED if law == 'lattice' else BLUE
             if start == 'seam':
                 c = plate.converted.x * 1e3
@@ -341,6 +358,7 @@ if __name__ == '__main__':
     parser.add_argument('--plugin', required=True, help='folder of defeplugin.so')
     parser.add_argument('--out', default=os.path.join(HERE, 'output'))
     parser.add_argument('--page', action='store_true', help='put tables and pictures into the page')
+    parser.add_argument('--jobs', type=int, default=os.cpu_count(), help='strips at the same time')
     parser.add_argument('part', nargs='*', choices=[[], *parts])
     options = parser.parse_args()
     os.makedirs(options.out, exist_ok=True)
