@@ -38,6 +38,30 @@ double reduced_lambda(const CornerModuli &m, int joints)
 
 // --- any hexahedron ---------------------------------------------------------
 
+namespace {
+
+  // order xx yy zz xy xz yz of what the corners have; index: corner
+  constexpr int C = 8;
+  constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+
+  /// f_a = w sum_b S^ab y_b, summed over the corners
+  inline void add_corner_forces(const double (&S)[6][C], const Vec3 (&current)[6],
+                                Vec3 half_force[6])
+  {
+    double sum[6][6] = {};
+    for (int corner = 0; corner < C; ++corner)
+      for (int j = 0; j < 6; ++j)
+        sum[corner_slot(corner, row[j])][corner_slot(corner, column[j])] += S[j][corner];
+    for (int s = 0; s < 6; ++s) half_force[s] = sum[s][s] * current[s];
+    for (int s = 0; s < 6; ++s)
+      for (int t = 2 * (s / 2) + 2; t < 6; ++t) {
+        half_force[s] += sum[s][t] * current[t];
+        half_force[t] += sum[s][t] * current[s];
+      }
+  }
+
+}    // namespace
+
 // The eight corners side by side. Absent joints: unit metric, no strain, no vector. The inverse of
 // the rest is then that of the metric of the plane or line of the joints that are left (see
 // CornerMetric), and the absent ones' stress multiplies zero.
@@ -66,9 +90,6 @@ double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned 
       strain[s][t] = both ? 0.25 * (us.dot(current[t] + Mt) + ut.dot(current[s] + Ms)) : 0.0;
     }
 
-  // order xx yy zz xy xz yz; index: corner
-  constexpr int C = 8;
-  constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
   double G[6][C], E[6][C], S[6][C], lambda[C], w[C], energy[C];
   for (int corner = 0; corner < C; ++corner) {
     for (int j = 0; j < 6; ++j) {
@@ -114,17 +135,7 @@ double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned 
         0.5 * q * (axx * axx + ayy * ayy + azz * azz + 2.0 * (axy * ayx + axz * azx + ayz * azy));
   }
 
-  // f_a = w sum_b S^ab y_b, summed over the corners
-  double sum[6][6] = {};
-  for (int corner = 0; corner < C; ++corner)
-    for (int j = 0; j < 6; ++j)
-      sum[corner_slot(corner, row[j])][corner_slot(corner, column[j])] += S[j][corner];
-  for (int s = 0; s < 6; ++s) half_force[s] = sum[s][s] * current[s];
-  for (int s = 0; s < 6; ++s)
-    for (int t = 2 * (s / 2) + 2; t < 6; ++t) {
-      half_force[s] += sum[s][t] * current[t];
-      half_force[t] += sum[s][t] * current[s];
-    }
+  add_corner_forces(S, current, half_force);
   double total = 0.0;
   for (double e : energy) total += e;
   return total;

@@ -226,6 +226,38 @@ bool patch_on_facet(const FacetPlane &own, int corner, const Vec3 &node, const F
   return true;
 }
 
+/// The node is beside the facet: it and the plane of its patch push by their own depths.
+/// \return derivative by the cosine between the two planes
+static double push_from_beside(const SurfaceContact &c, double normal, double rest,
+                               const FacetPlane &own, const FacetPlane &facet, Vec3 &on_node,
+                               FacetLoad &on_own, FacetLoad &on_facet)
+{
+  const double nn = c.at_node * c.at_node, hh = c.at_held * c.at_held;
+  const double by_node = normal * c.raw_depth / (nn + hh) * hh / c.at_node;
+  const double by_held = normal * c.raw_depth / (nn + hh) * nn / c.at_held;
+  // the node against the plane of the facet, and along it where its own place counts for the share
+  const Vec3 at_node = by_node * facet.normal + rest * c.by_point[0] * facet.to_xi +
+      rest * c.by_point[1] * facet.to_eta;
+  on_node += at_node;
+  on_facet.add(facet, -at_node, c.point.xi, c.point.eta, c.point.h);
+  // the plane of the patch against y, which is held over the facet
+  const Vec3 u = by_held / c.cosine * own.normal;
+  on_node -= u;
+  on_facet.mid += u;
+  on_facet.a += c.held_xi.value * u;
+  on_facet.b += c.held_eta.value * u;
+  const Vec3 along = c.held_xi.slope * facet.a.dot(u) * facet.to_xi +
+      c.held_eta.slope * facet.b.dot(u) * facet.to_eta;
+  on_node += along;
+  on_facet.add(facet, -along, c.point.xi, c.point.eta, c.point.h);
+  // its normal
+  const Vec3 off = (c.point.xi - c.held_xi.value) * facet.a +
+      (c.point.eta - c.held_eta.value) * facet.b + c.point.h * facet.normal;
+  on_own.a += off.dot(own.to_xi) * u;
+  on_own.b += off.dot(own.to_eta) * u;
+  return by_held * c.at_held / c.cosine;
+}
+
 SurfaceForce patch_force(const SurfaceContact &c, double offset, const FacetPlane &own, int corner,
                          const FacetPlane &facet, const SurfacePair &pair, Vec3 &on_node,
                          FacetLoad &on_own, FacetLoad &on_facet)
@@ -271,30 +303,7 @@ SurfaceForce patch_force(const SurfaceContact &c, double offset, const FacetPlan
     on_node += P;
     on_facet.add(facet, -P, c.point.xi, c.point.eta, c.point.h);
   } else {
-    const double nn = c.at_node * c.at_node, hh = c.at_held * c.at_held;
-    const double by_node = r.normal * c.raw_depth / (nn + hh) * hh / c.at_node;
-    const double by_held = r.normal * c.raw_depth / (nn + hh) * nn / c.at_held;
-    // the node against the plane of the facet, and along it where its own place counts for the share
-    const Vec3 at_node = by_node * facet.normal + rest * c.by_point[0] * facet.to_xi +
-        rest * c.by_point[1] * facet.to_eta;
-    on_node += at_node;
-    on_facet.add(facet, -at_node, c.point.xi, c.point.eta, c.point.h);
-    // the plane of the patch against y, which is held over the facet
-    const Vec3 u = by_held / c.cosine * own.normal;
-    on_node -= u;
-    on_facet.mid += u;
-    on_facet.a += c.held_xi.value * u;
-    on_facet.b += c.held_eta.value * u;
-    const Vec3 along = c.held_xi.slope * facet.a.dot(u) * facet.to_xi +
-        c.held_eta.slope * facet.b.dot(u) * facet.to_eta;
-    on_node += along;
-    on_facet.add(facet, -along, c.point.xi, c.point.eta, c.point.h);
-    // its normal
-    const Vec3 off = (c.point.xi - c.held_xi.value) * facet.a +
-        (c.point.eta - c.held_eta.value) * facet.b + c.point.h * facet.normal;
-    on_own.a += off.dot(own.to_xi) * u;
-    on_own.b += off.dot(own.to_eta) * u;
-    by_facing -= by_held * c.at_held / c.cosine;
+    by_facing -= push_from_beside(c, r.normal, rest, own, facet, on_node, on_own, on_facet);
   }
 
   if (q_xi != 0.0 || q_eta != 0.0) {

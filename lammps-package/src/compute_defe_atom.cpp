@@ -72,100 +72,115 @@ void ComputeDefeAtom::init()
 void ComputeDefeAtom::compute_peratom()
 {
   invoked_peratom = update->ntimestep;
-  const int nlocal = atom->nlocal;
-  const int nall = nlocal + atom->nghost;
   const int ncol = static_cast<int>(what.size());
-
-  if (atom->nmax > nmax) {
-    nmax = atom->nmax;
-    if (ncol == 1) {
-      memory->destroy(vector_atom);
-      memory->create(vector_atom, nmax, "defe/atom:vector");
-    } else {
-      memory->destroy(array_atom);
-      memory->create(array_atom, nmax, ncol, "defe/atom:array");
-    }
-    memory->destroy(sum);
-    memory->create(sum, nmax, 7, "defe/atom:sum");
-  }
-
-  // mean over the elements at a node of the stress at their centres
-
-  if (stresses) {
-    for (int i = 0; i < nall; i++)
-      for (int k = 0; k < 7; k++) sum[i][k] = 0.0;
-    for (int i = 0; i < nlocal; i++)
-      for (const auto &h : sys->store.hexes(i)) {
-        double centre[3], s[6], s1;
-        int idx[8];
-        if (sys->model.material_of(sys->model.parts[h.part]).rigid()) continue;
-        if (!sys->elements.local_hex(h, i, idx)) continue;
-        sys->elements.centre_stress(h, centre, s, s1);
-        for (int a : idx) {
-          for (int k = 0; k < 6; k++) sum[a][k] += s[k];
-          sum[a][6] += 1.0;
-        }
-      }
-    comm->reverse_comm(this);
-  }
-
-  for (int i = 0; i < nlocal; i++) {
-    const auto *de = (atom->mask[i] & groupbit) ? sys->store.de(i) : nullptr;
+  if (atom->nmax > nmax) grow();
+  if (stresses) add_stresses();
+  for (int i = 0; i < atom->nlocal; i++) {
     const bool in = atom->mask[i] & groupbit;
-    int count[4] = {0, 0, 0, 0};
-    if (de)
-      for (const auto &slot : de->slot) {
-        if (slot.kind == DefeJoint::NONE) continue;
-        const bool holding = slot.kind == DefeJoint::TIE && slot.state == DefeJoint::CONNECTIVE;
-        count[holding ? 3 : static_cast<int>(slot.state)]++;
-      }
+    const auto count = in ? joints_of(i) : std::array<int, 4>{0, 0, 0, 0};
     for (int c = 0; c < ncol; c++) {
-      double value = 0.0;
-      if (in) switch (what[c]) {
-          case DAMAGE: {
-            const int joints = count[0] + count[1] + count[2] + count[3];
-            if (joints) value = static_cast<double>(count[1] + count[2]) / joints;
-          } break;
-          case CONNECTIVE:
-            value = count[0];
-            break;
-          case COHESIVE:
-            value = count[1];
-            break;
-          case CONTACT:
-            value = count[2];
-            break;
-          case TIES:
-            value = count[3];
-            break;
-          case ELEMENT:
-            value = de ? static_cast<double>(de->element) : 0.0;
-            break;
-          case ELEMENTS:
-            value = static_cast<double>(sys->store.elements_at(i));
-            break;
-          default: {
-            if (sum[i][6] == 0.0) break;
-            double s[6];
-            for (int k = 0; k < 6; k++) s[k] = sum[i][k] / sum[i][6];
-            if (what[c] == VONMISES) {
-              value = std::sqrt(0.5 *
-                                    ((s[0] - s[1]) * (s[0] - s[1]) + (s[1] - s[2]) * (s[1] - s[2]) +
-                                     (s[2] - s[0]) * (s[2] - s[0])) +
-                                3.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
-            } else {
-              defe::Mat3 m;
-              m << s[0], s[3], s[4], s[3], s[1], s[5], s[4], s[5], s[2];
-              value = defe::fe::max_principal(m);
-            }
-          }
-        }
+      const double value = in ? value_of(what[c], i, count) : 0.0;
       if (ncol == 1)
         vector_atom[i] = value;
       else
         array_atom[i][c] = value;
     }
   }
+}
+
+void ComputeDefeAtom::grow()
+{
+  const int ncol = static_cast<int>(what.size());
+  nmax = atom->nmax;
+  if (ncol == 1) {
+    memory->destroy(vector_atom);
+    memory->create(vector_atom, nmax, "defe/atom:vector");
+  } else {
+    memory->destroy(array_atom);
+    memory->create(array_atom, nmax, ncol, "defe/atom:array");
+  }
+  memory->destroy(sum);
+  memory->create(sum, nmax, 7, "defe/atom:sum");
+}
+
+/* ----------------------------------------------------------------------
+   mean over the elements at a node of the stress at their centres
+------------------------------------------------------------------------- */
+
+void ComputeDefeAtom::add_stresses()
+{
+  for (int i = 0; i < atom->nlocal + atom->nghost; i++)
+    for (int k = 0; k < 7; k++) sum[i][k] = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (const auto &h : sys->store.hexes(i)) {
+      double centre[3], s[6], s1;
+      int idx[8];
+      if (sys->model.material_of(sys->model.parts[h.part]).rigid()) continue;
+      if (!sys->elements.local_hex(h, i, idx)) continue;
+      sys->elements.centre_stress(h, centre, s, s1);
+      for (int a : idx) {
+        for (int k = 0; k < 6; k++) sum[a][k] += s[k];
+        sum[a][6] += 1.0;
+      }
+    }
+  comm->reverse_comm(this);
+}
+
+/* ----------------------------------------------------------------------
+   joints of a DE by their state, and ties that hold
+------------------------------------------------------------------------- */
+
+std::array<int, 4> ComputeDefeAtom::joints_of(int i) const
+{
+  std::array<int, 4> count = {0, 0, 0, 0};
+  if (const auto *de = sys->store.de(i))
+    for (const auto &slot : de->slot) {
+      if (slot.kind == DefeJoint::NONE) continue;
+      const bool holding = slot.kind == DefeJoint::TIE && slot.state == DefeJoint::CONNECTIVE;
+      count[holding ? 3 : static_cast<int>(slot.state)]++;
+    }
+  return count;
+}
+
+double ComputeDefeAtom::value_of(Quantity q, int i, const std::array<int, 4> &count) const
+{
+  switch (q) {
+    case DAMAGE: {
+      const int joints = count[0] + count[1] + count[2] + count[3];
+      return joints ? static_cast<double>(count[1] + count[2]) / joints : 0.0;
+    }
+    case CONNECTIVE:
+      return count[0];
+    case COHESIVE:
+      return count[1];
+    case CONTACT:
+      return count[2];
+    case TIES:
+      return count[3];
+    case ELEMENT: {
+      const auto *de = sys->store.de(i);
+      return de ? static_cast<double>(de->element) : 0.0;
+    }
+    case ELEMENTS:
+      return static_cast<double>(sys->store.elements_at(i));
+    default:
+      return stress_of(q, i);
+  }
+}
+
+double ComputeDefeAtom::stress_of(Quantity q, int i) const
+{
+  if (sum[i][6] == 0.0) return 0.0;
+  double s[6];
+  for (int k = 0; k < 6; k++) s[k] = sum[i][k] / sum[i][6];
+  if (q == VONMISES)
+    return std::sqrt(0.5 *
+                         ((s[0] - s[1]) * (s[0] - s[1]) + (s[1] - s[2]) * (s[1] - s[2]) +
+                          (s[2] - s[0]) * (s[2] - s[0])) +
+                     3.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
+  defe::Mat3 m;
+  m << s[0], s[3], s[4], s[3], s[1], s[5], s[4], s[5], s[2];
+  return defe::fe::max_principal(m);
 }
 
 int ComputeDefeAtom::pack_reverse_comm(int n, int first, double *buf)

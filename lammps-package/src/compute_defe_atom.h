@@ -15,6 +15,7 @@ ComputeStyle(defe/atom,ComputeDefeAtom);
 
 #include "compute.h"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,11 @@ class ComputeDefeAtom : public Compute {
   int nmax = 0;
   struct DefeSystem *sys = nullptr;
   double **sum = nullptr;    // 6 stresses and the number of elements of each node
+  void grow();
+  void add_stresses();
+  std::array<int, 4> joints_of(int i) const;
+  double value_of(Quantity, int i, const std::array<int, 4> &joints) const;
+  double stress_of(Quantity, int i) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -114,77 +114,16 @@ void ComputeDefeJointLocal::compute_local()
     if (atom->mask[jt.self[d]] & groupbit)
       for (int s = 0; s < 6; s++) n += counts(d, s);
   size_local_rows = n;
-  if (n > nmax) {
-    nmax = n;
-    if (ncol == 1) {
-      memory->destroy(vector_local);
-      memory->create(vector_local, nmax, "defe/joint/local:vector");
-    } else {
-      memory->destroy(array_local);
-      memory->create(array_local, nmax, ncol, "defe/joint/local:array");
-    }
-  }
+  if (n > nmax) grow(n);
   n = 0;
   for (int d = 0; d < jt.nde; d++) {
     if (!(atom->mask[jt.self[d]] & groupbit)) continue;
     for (int s = 0; s < 6; s++) {
       if (!counts(d, s)) continue;
-      const JointSlot &slot = jt.rec[d]->slot[s];
       PairDefeJoint::JointView view;
       if (views) view = pair->view(d, s);
       for (int c = 0; c < ncol; c++) {
-        double value = 0.0;
-        switch (what[c]) {
-          case ID1:
-            value = static_cast<double>(atom->tag[jt.self[d]]);
-            break;
-          case ID2:
-            value = static_cast<double>(slot.other);
-            break;
-          case KIND:
-            value = slot.kind;
-            break;
-          case STATE:
-            value = slot.state;
-            break;
-          case PART:
-            value = jt.rec[d]->part + 1;
-            break;
-          case DAMAGE:
-            value = view.damage;
-            break;
-          case OPENING:
-            value = view.opening;
-            break;
-          case SLIP:
-            value = view.slip;
-            break;
-          case TN:
-            value = view.t_n;
-            break;
-          case TS:
-            value = view.t_s;
-            break;
-          case X:
-          case Y:
-          case Z:
-            value = view.point[what[c] - X];
-            break;
-          case NX:
-          case NY:
-          case NZ:
-            value = view.normal[what[c] - NX];
-            break;
-          case AREA:
-            value = slot.area;
-            break;
-          case LENGTH:
-            value = view.length;
-            break;
-          case LENGTH0:
-            value = jt.len[d][s];
-            break;
-        }
+        const double value = value_of(what[c], d, s, view);
         if (ncol == 1)
           vector_local[n] = value;
         else
@@ -193,6 +132,63 @@ void ComputeDefeJointLocal::compute_local()
       n++;
     }
   }
+}
+
+void ComputeDefeJointLocal::grow(int n)
+{
+  const int ncol = static_cast<int>(what.size());
+  nmax = n;
+  if (ncol == 1) {
+    memory->destroy(vector_local);
+    memory->create(vector_local, nmax, "defe/joint/local:vector");
+  } else {
+    memory->destroy(array_local);
+    memory->create(array_local, nmax, ncol, "defe/joint/local:array");
+  }
+}
+
+double ComputeDefeJointLocal::value_of(Quantity q, int d, int s,
+                                       const PairDefeJoint::JointView &view) const
+{
+  const auto &jt = sys->joints;
+  const JointSlot &slot = jt.rec[d]->slot[s];
+  switch (q) {
+    case ID1:
+      return static_cast<double>(atom->tag[jt.self[d]]);
+    case ID2:
+      return static_cast<double>(slot.other);
+    case KIND:
+      return slot.kind;
+    case STATE:
+      return slot.state;
+    case PART:
+      return jt.rec[d]->part + 1;
+    case DAMAGE:
+      return view.damage;
+    case OPENING:
+      return view.opening;
+    case SLIP:
+      return view.slip;
+    case TN:
+      return view.t_n;
+    case TS:
+      return view.t_s;
+    case X:
+    case Y:
+    case Z:
+      return view.point[q - X];
+    case NX:
+    case NY:
+    case NZ:
+      return view.normal[q - NX];
+    case AREA:
+      return slot.area;
+    case LENGTH:
+      return view.length;
+    case LENGTH0:
+      return jt.len[d][s];
+  }
+  return 0.0;
 }
 
 int ComputeDefeJointLocal::pack_forward_comm(int n, int *list, double *buf, int, int *)

@@ -15,6 +15,8 @@ ComputeStyle(defe/joint/local,ComputeDefeJointLocal);
 
 #include "compute.h"
 
+#include "pair_defe_joint.h"
+
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -55,8 +57,10 @@ class ComputeDefeJointLocal : public Compute {
   bool views = false;    // more than the records hold is asked for
   int nmax = 0;
   struct DefeSystem *sys = nullptr;
-  class PairDefeJoint *pair = nullptr;
+  PairDefeJoint *pair = nullptr;
   bool counts(int d, int s) const;
+  void grow(int n);
+  double value_of(Quantity, int d, int s, const PairDefeJoint::JointView &) const;
 };
 
 }    // namespace LAMMPS_NS

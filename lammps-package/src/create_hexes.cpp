@@ -59,25 +59,52 @@ void CreateHexes::command(int narg, char **arg)
     error->all(FLERR, "Command create_hexes must come after create_box or read_data");
   if (narg < 3) utils::missing_cmd_args(FLERR, "create_hexes", error);
 
-  auto *sys = DefeSystem::of(modify->get_fix_by_id(arg[0]));
+  sys = DefeSystem::of(modify->get_fix_by_id(arg[0]));
   if (!sys) error->all(FLERR, "Command create_hexes: {} is not the ID of a fix defe", arg[0]);
-  const int part = sys->model.find_part(arg[1]);
+  part = sys->model.find_part(arg[1]);
   if (part < 0) error->all(FLERR, "Command create_hexes: fix {} has no part {}", arg[0], arg[1]);
-  const int type = utils::inumeric(FLERR, arg[2], false, lmp);
+  type = utils::inumeric(FLERR, arg[2], false, lmp);
   if (type < 1 || type > atom->ntypes)
     error->all(FLERR, "Command create_hexes: atom type {} does not exist (1 to {})", type,
                atom->ntypes);
   if (sys->census.des() > 0)
     error->all(FLERR, "Command create_hexes: all meshes must be made before elements convert");
   int iarg = 3;
-  std::vector<double> line[3];
   line[0] = lines(iarg, narg, arg, "x");
   line[1] = lines(iarg, narg, arg, "y");
   line[2] = lines(iarg, narg, arg, "z");
   if (iarg < narg) error->all(FLERR, "Command create_hexes: unknown word {}", arg[iarg]);
+  check_box();
 
-  // boundary: 0 periodic, 1 fixed, else shrink-wrapped: a box that follows its atoms
+  for (int k = 0; k < 3; k++) n[k] = static_cast<bigint>(line[k].size());
+  const bigint nodes = n[0] * n[1] * n[2];
+  first_hex = sys->mesh.last_hex_id() + 1;
+  tagint mine = 0;
+  for (int i = 0; i < atom->nlocal; i++) mine = MAX(mine, atom->tag[i]);
+  MPI_Allreduce(&mine, &last_tag, 1, MPI_LMP_TAGINT, MPI_MAX, world);
+  if (static_cast<bigint>(last_tag) + nodes > MAXTAGINT)
+    error->all(FLERR, "Command create_hexes: too many nodes for the atom IDs of this LAMMPS");
 
+  const int nlocal_before = atom->nlocal;
+  create_nodes();
+  sys->mesh.changed();
+  bigint created = atom->nlocal - nlocal_before, all = 0;
+  MPI_Allreduce(&created, &all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (all != nodes)
+    error->all(FLERR, "Command create_hexes made {} of {} nodes: is the mesh inside the box?", all,
+               nodes);
+  register_atoms();
+  if (comm->me == 0)
+    utils::logmesg(lmp, "Created {} hexahedra and {} nodes of part {}\n",
+                   (n[0] - 1) * (n[1] - 1) * (n[2] - 1), nodes, arg[1]);
+}
+
+/* ----------------------------------------------------------------------
+   boundary: 0 periodic, 1 fixed, else shrink-wrapped: a box that follows its atoms
+------------------------------------------------------------------------- */
+
+void CreateHexes::check_box() const
+{
   for (int k = 0; k < 3; k++) {
     const char axis = "xyz"[k];
     const double from = line[k].front(), to = line[k].back();
@@ -96,17 +123,14 @@ void CreateHexes::command(int narg, char **arg)
                  "({}) and would overlap itself",
                  from, to, axis, domain->prd[k]);
   }
+}
 
-  const bigint n[3] = {static_cast<bigint>(line[0].size()), static_cast<bigint>(line[1].size()),
-                       static_cast<bigint>(line[2].size())};
-  const bigint nodes = n[0] * n[1] * n[2];
-  const bigint first_hex = sys->mesh.last_hex_id();
-  tagint mine = 0, last_tag = 0;
-  for (int i = 0; i < atom->nlocal; i++) mine = MAX(mine, atom->tag[i]);
-  MPI_Allreduce(&mine, &last_tag, 1, MPI_LMP_TAGINT, MPI_MAX, world);
-  if (static_cast<bigint>(last_tag) + nodes > MAXTAGINT)
-    error->all(FLERR, "Command create_hexes: too many nodes for the atom IDs of this LAMMPS");
+/* ----------------------------------------------------------------------
+   nodes of this rank, with the elements of which they are the first
+------------------------------------------------------------------------- */
 
+void CreateHexes::create_nodes()
+{
   // sub-domains at the border of a non-periodic box are open-ended, as in read_data
 
   if (comm->nprocs > 0) {
@@ -123,11 +147,6 @@ void CreateHexes::command(int narg, char **arg)
       if (domain->subhi[k] == domain->boxhi[k]) hi[k] = HUGE_VAL;
     }
   }
-
-  const int nlocal_before = atom->nlocal;
-  auto tag_of = [&](bigint i, bigint j, bigint k) {
-    return static_cast<tagint>(last_tag + 1 + i + n[0] * (j + n[1] * k));
-  };
   for (bigint k = 0; k < n[2]; k++)
     for (bigint j = 0; j < n[1]; j++)
       for (bigint i = 0; i < n[0]; i++) {
@@ -146,28 +165,24 @@ void CreateHexes::command(int narg, char **arg)
         atom->rmass[me] = 1.0;    // the lumped mass follows with the topology
         modify->create_attribute(me);
         sys->store.set_reference(me, ref);
-        if (i + 1 < n[0] && j + 1 < n[1] && k + 1 < n[2]) {
-          const tagint node[8] = {tag_of(i, j, k),
-                                  tag_of(i + 1, j, k),
-                                  tag_of(i + 1, j + 1, k),
-                                  tag_of(i, j + 1, k),
-                                  tag_of(i, j, k + 1),
-                                  tag_of(i + 1, j, k + 1),
-                                  tag_of(i + 1, j + 1, k + 1),
-                                  tag_of(i, j + 1, k + 1)};
-          const bigint hexid = first_hex + 1 + i + (n[0] - 1) * (j + (n[1] - 1) * k);
-          sys->mesh.add_hex(me, static_cast<tagint>(hexid), part, node);
-        }
+        if (i + 1 < n[0] && j + 1 < n[1] && k + 1 < n[2]) add_element(me, i, j, k);
       }
-  sys->mesh.changed();
+}
 
-  bigint created = atom->nlocal - nlocal_before, all = 0;
-  MPI_Allreduce(&created, &all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
-  if (all != nodes)
-    error->all(FLERR, "Command create_hexes made {} of {} nodes: is the mesh inside the box?", all,
-               nodes);
-  bigint nblocal = atom->nlocal;
-  MPI_Allreduce(&nblocal, &atom->natoms, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+void CreateHexes::add_element(int me, bigint i, bigint j, bigint k)
+{
+  tagint node[8];
+  static constexpr int corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  for (int a = 0; a < 8; a++)
+    node[a] = tag_of(i + corner[a % 4][0], j + corner[a % 4][1], k + a / 4);
+  const bigint id = first_hex + i + (n[0] - 1) * (j + (n[1] - 1) * k);
+  sys->mesh.add_hex(me, static_cast<tagint>(id), part, node);
+}
+
+void CreateHexes::register_atoms()
+{
+  bigint nlocal = atom->nlocal;
+  MPI_Allreduce(&nlocal, &atom->natoms, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   atom->nghost = 0;
   atom->map_init();
   atom->map_set();
@@ -181,8 +196,4 @@ void CreateHexes::command(int narg, char **arg)
     atom->map_init();
     atom->map_set();
   }
-
-  if (comm->me == 0)
-    utils::logmesg(lmp, "Created {} hexahedra and {} nodes of part {}\n",
-                   (n[0] - 1) * (n[1] - 1) * (n[2] - 1), nodes, arg[1]);
 }

@@ -25,7 +25,22 @@ class CreateHexes : public Command {
   void command(int, char **) override;
 
  private:
+  struct DefeSystem *sys = nullptr;
+  int part = -1, type = 0;
+  std::vector<double> line[3];    // places of the nodes in x, y and z
+  bigint n[3] = {0, 0, 0};        // and how many there are
+  bigint first_hex = 0;
+  tagint last_tag = 0;    // of the atoms before
+
   std::vector<double> lines(int &iarg, int narg, char **arg, const char *axis);
+  void check_box() const;
+  void create_nodes();
+  void add_element(int me, bigint i, bigint j, bigint k);
+  void register_atoms();
+  tagint tag_of(bigint i, bigint j, bigint k) const
+  {
+    return static_cast<tagint>(last_tag + 1 + i + n[0] * (j + n[1] * k));
+  }
 };
 
 }    // namespace LAMMPS_NS

@@ -10,6 +10,7 @@
 #include "defe_component.h"
 
 #include "defe/exact_sum.h"
+#include "defe/types.h"
 
 namespace LAMMPS_NS {
 
@@ -29,6 +30,16 @@ class DefeExactSums : protected DefeComponent {
     const double rounded = grid.round(value);
     if (grid.beyond(rounded)) beyond_grid = i;
     return rounded;
+  }
+  defe::Vec3 rounded_force(defe::Vec3 value, int i)
+  {
+    for (double &v : value) v = on_grid(force_grid_, v, i);
+    return value;
+  }
+  defe::Vec3 rounded_torque(defe::Vec3 value, int i)
+  {
+    for (double &v : value) v = on_grid(torque_grid_, v, i);
+    return value;
   }
   /** This atom has a force or torque that is too large. */
   void set_beyond(int i) { beyond_grid = i; }

@@ -20,7 +20,7 @@ namespace LAMMPS_NS {
 /** Joints that soften and break, and no contact. */
 class PairDefeCohesive : public PairDefeJoint {
  public:
-  PairDefeCohesive(class LAMMPS *lmp) : PairDefeJoint(lmp) { with_contact = false; }
+  PairDefeCohesive(class LAMMPS *lmp) : PairDefeJoint(lmp) { laws.with_contact = false; }
 };
 
 }    // namespace LAMMPS_NS

@@ -22,7 +22,7 @@ class PairDefeConnective : public PairDefeJoint {
  public:
   PairDefeConnective(class LAMMPS *lmp) : PairDefeJoint(lmp)
   {
-    with_cohesive = with_contact = false;
+    laws.with_cohesive = laws.with_contact = false;
   }
 };
 

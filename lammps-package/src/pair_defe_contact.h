@@ -22,7 +22,7 @@ class PairDefeContact : public PairDefeJoint {
  public:
   PairDefeContact(class LAMMPS *lmp) : PairDefeJoint(lmp)
   {
-    with_connective = with_cohesive = false;
+    laws.with_connective = laws.with_cohesive = false;
   }
 };
 

@@ -10,6 +10,7 @@
 #include "pair_defe_joint.h"
 
 #include "defe_cracks.h"
+#include "defe_sphere_contacts.h"
 #include "defe_system.h"
 
 #include "atom.h"
@@ -28,65 +29,25 @@ using defe::Vec3;
 static constexpr int PENDING = 4, PENDING_WITH_PLANE = 5;
 
 /* ----------------------------------------------------------------------
-   what may follow the numbers of "cohesive"; returns the place of the next word
-------------------------------------------------------------------------- */
-
-int PairDefeJoint::crack_words(Coeff &c, int narg, char **arg, int iarg)
-{
-  std::string of_nuclei;
-  for (; iarg < narg; iarg++) {
-    const std::string word = arg[iarg];
-    if (word == "reciprocal")
-      c.cohesive.reciprocal = true;
-    else if (word == "lattice")
-      c.lattice = true;
-    else if (word == "overstrength" || word == "scatter") {
-      if (iarg + 1 >= narg) utils::missing_cmd_args(FLERR, "pair_coeff cohesive " + word, error);
-      of_nuclei = word;
-      double &number = word == "scatter" ? c.nuclei.scatter : c.nuclei.overstrength;
-      number = utils::numeric(FLERR, arg[++iarg], false, lmp);
-    } else
-      break;
-  }
-  const auto &n = c.nuclei;
-  if (!(n.overstrength >= 1.0 && n.overstrength <= 100.0))
-    error->all(FLERR,
-               "Pair_coeff cohesive: overstrength, of joints beside a crack in strengths, must be "
-               "from 1 to 100, not {}",
-               n.overstrength);
-  if (!(n.scatter >= 0.0 && n.scatter <= 1.0))
-    error->all(FLERR,
-               "Pair_coeff cohesive: scatter, of the strength of nuclei, must be from 0 to 1, "
-               "not {}",
-               n.scatter);
-  if (c.lattice && !of_nuclei.empty())
-    error->all(FLERR,
-               "Pair_coeff cohesive: with lattice each joint has sigma_t and nothing else: leave "
-               "{} out",
-               of_nuclei);
-  return iarg;
-}
-
-/* ----------------------------------------------------------------------
    cracks are followed if any pair of types has a strength without "lattice"
 ------------------------------------------------------------------------- */
 
 void PairDefeJoint::prepare_cracks()
 {
-  const int n = atom_types + 1;
+  const int n = laws.types + 1;
   std::vector<double> strength(static_cast<size_t>(n) * n, HUGE_VAL);
   std::vector<defe::CrackNuclei> nuclei(strength.size());
   lattice_beside_cracks = false;
-  for (size_t k = 0; k < strength.size() && with_connective && with_cohesive; k++) {
-    if (!coeffs[k].has_cohesive) continue;
-    if (coeffs[k].lattice)
+  for (size_t k = 0; k < strength.size() && laws.with_connective && laws.with_cohesive; k++) {
+    if (!laws.coeffs[k].has_cohesive) continue;
+    if (laws.coeffs[k].lattice)
       lattice_beside_cracks = true;
     else
-      strength[k] = coeffs[k].cohesive.sigma_t;
-    nuclei[k] = coeffs[k].nuclei;
+      strength[k] = laws.coeffs[k].cohesive.sigma_t;
+    nuclei[k] = laws.coeffs[k].nuclei;
   }
   cracks = std::make_unique<DefeCracks>(lmp, sys);
-  cracks->set_strengths(n, strength, nuclei, table);
+  cracks->set_strengths(n, strength, nuclei, laws.moduli);
   with_cracks = cracks->on();
   sys->marks.let_cracks_ask(with_cracks);
   if (!with_cracks) cracks.reset();
@@ -109,7 +70,7 @@ bool PairDefeJoint::by_crack(int d, int s) const
   if (!with_cracks) return false;
   const int other = sys->joints.nb[d][s];
   if (other < 0) return false;
-  return !coeffs[atom->type[sys->joints.self[d]] * (atom_types + 1) + atom->type[other]].lattice;
+  return !laws.of(atom->type[sys->joints.self[d]], atom->type[other]).lattice;
 }
 
 /* ----------------------------------------------------------------------
@@ -131,7 +92,7 @@ void PairDefeJoint::check_laws()
       for (const auto &c : t->cracks) has_plane = has_plane || c.slot == s;
     if (has_plane == by_crack(d, s)) continue;
     const auto types = std::minmax(atom->type[i], atom->type[jt.nb[d][s]]);
-    example = MIN(example, 2 * (types.first * (atom_types + 1) + types.second) + has_plane);
+    example = MIN(example, 2 * (types.first * (laws.types + 1) + types.second) + has_plane);
     mine++;
   }
   MPI_Allreduce(&mine, &all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
@@ -141,7 +102,7 @@ void PairDefeJoint::check_laws()
   error->all(FLERR,
              "Pair_coeff {} {} cohesive: {} joints have cracked {} lattice, and their law cannot "
              "change: give it {} lattice as before",
-             types / (atom_types + 1), types % (atom_types + 1), all,
+             types / (laws.types + 1), types % (laws.types + 1), all,
              first % 2 ? "without" : "with", first % 2 ? "without" : "with");
 }
 
@@ -233,7 +194,7 @@ void PairDefeJoint::take_over_cracks()
     const int d = ds / 6, s = ds % 6;
     JointSlot &slot = jt.rec[d]->slot[s];
     if (slot.pending != 2 || slot.kind == DefeJoint::TIE || !by_crack(d, s)) continue;
-    const auto &law = coeff_of(atom->type[jt.self[d]], atom->type[jt.nb[d][s]]).cohesive;
+    const auto &law = laws.of(atom->type[jt.self[d]], atom->type[jt.nb[d][s]]).cohesive;
     event(d, s, defe::EventKind::COHESIVE, cracks->take_over(ds, law));
   }
   cracks->end_take_over();
@@ -251,9 +212,9 @@ void PairDefeJoint::crack_forces(int d, int s)
   JointSlot &slot = jt.rec[d]->slot[s];
   if (DefeCracks::rests(slot.plane, dt)) return;
   defe::CrackJoint &law = cracks->find(6 * d + s)->law;
-  const Coeff &coeff = coeff_of(atom->type[jt.self[d]], atom->type[jt.nb[d][s]]);
+  const JointCoeff &coeff = laws.of(atom->type[jt.self[d]], atom->type[jt.nb[d][s]]);
   const auto r =
-      cracks->advance(6 * d + s, law, coeff.cohesive, with_contact ? coeff.friction : 0.0, dt);
+      cracks->advance(6 * d + s, law, coeff.cohesive, laws.with_contact ? coeff.friction : 0.0, dt);
   const double stored = law.stored;
 
   auto &ledger = sys->ledger;
@@ -289,7 +250,7 @@ void PairDefeJoint::apply_crack(int d, int s, const defe::CrackForces &r)
   const int there = cracks->other_end(6 * d + s);
   const int end[2] = {d, there / 6};
   const int i = jt.self[d];
-  const bool vflag = vflag_global || vflag_atom;
+  const bool vflag = tally.on();
   const auto pull = [&](int e, const Vec3 &by) {
     const int k = jt.self[e];
     for (int c = 0; c < 3; c++)
@@ -310,7 +271,7 @@ void PairDefeJoint::apply_crack(int d, int s, const defe::CrackForces &r)
   if (r.torque.squaredNorm() == 0.0) return;
   for (int e : end) {
     const int k = jt.self[e];
-    const Vec3 moment = on_grid(r.torque, k, true);
+    const Vec3 moment = sys->sums.rounded_torque(r.torque, k);
     for (int c = 0; c < 3; c++) atom->torque[k][c] += moment[c];
   }
 }
@@ -369,7 +330,7 @@ void PairDefeJoint::adopt_state(int ds, int state)
   const int i = jt.self[d], j = jt.nb[d][s];
   // see DefeConversion::distance_if_swung()
   if (was_plane) set_apart(ds, (1.0 - 1.0e-9) * (Vec3(atom->x[j]) - Vec3(atom->x[i])).norm());
-  add_candidate(i, j, slot.apart);
+  contacts->add(i, j, slot.apart);
 }
 
 void PairDefeJoint::set_apart(int ds, double distance)

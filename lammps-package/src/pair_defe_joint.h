@@ -15,11 +15,12 @@ PairStyle(defe/joint,PairDefeJoint);
 
 #include "pair.h"
 
-#include "defe/coupling/cohesive.h"
-#include "defe/coupling/contact_law.h"
-#include "defe/coupling/corner_strain.h"
-#include "defe/coupling/crack_growth.h"
+#include "defe_joint_laws.h"
+#include "defe_tally.h"
+
 #include "defe/coupling/event_log.h"
+#include "defe/coupling/joint_lattice.h"
+#include "defe/coupling/joint_softening.h"
 
 #include <array>
 #include <memory>
@@ -31,6 +32,7 @@ struct CrackForces;
 
 namespace LAMMPS_NS {
 
+class DefeSphereContacts;
 struct JointSlot;
 
 /** Bonded spheres with the three joint types. The thin variants switch stages off. */
@@ -63,41 +65,21 @@ class PairDefeJoint : public Pair {
   /** Of slot s of DE d in DefeSystem::joints; of a cohesive joint, d is the DE of the lower ID. */
   JointView view(int d, int s) const;
 
-  /** Of all coefficients. */
-  uint64_t laws_checksum() const;
+  uint64_t laws_checksum() const { return laws.checksum(); }
 
   /** Strength of the joints between DEs of this type (pair_coeff ... cohesive). */
-  double joint_strength(int type) const
-  {
-    return coeffs[type * (atom_types + 1) + type].cohesive.sigma_t;
-  }
+  double joint_strength(int type) const { return laws.of(type, type).cohesive.sigma_t; }
+
   /** The law of these joints, and whether each is judged by its own traction ("lattice"). */
-  const defe::CohesiveParameters &joint_law(int type) const
-  {
-    return coeffs[type * (atom_types + 1) + type].cohesive;
-  }
-  bool joint_by_lattice(int type) const { return coeffs[type * (atom_types + 1) + type].lattice; }
+  const defe::CohesiveParameters &joint_law(int type) const { return laws.of(type, type).cohesive; }
+  bool joint_by_lattice(int type) const { return laws.of(type, type).lattice; }
 
  protected:
-  bool with_connective = true, with_cohesive = true, with_contact = true;
-
-  struct Coeff {
-    double E = 0.0, nu = 0.0;    // connective; 0 = take the material of the part
-    defe::CohesiveParameters cohesive{0.0, 0.0, 0.0, false};
-    defe::CrackNuclei nuclei;
-    bool lattice = false;    // each joint is judged by its own traction, cracks know the mesh
-    double restitution = 1.0, friction = 0.0, damping_ratio = 0.0;
-    bool has_connective = false, has_cohesive = false, has_contact = false;
-  };
-  int crack_words(Coeff &, int narg, char **arg, int iarg);
-  std::vector<Coeff> coeffs;    // (ntypes+1)^2
-  Coeff &coeff_of(int i, int j) { return coeffs[i * (atom_types + 1) + j]; }
-  int atom_types = 0;
+  JointLaws laws;
 
   struct DefeSystem *sys = nullptr;
 
-  std::vector<defe::CornerModuli> table;    // per part
-  std::vector<double> young;                // per part
+  DefeTally tally;    // of this evaluation
   enum { HALF_FORCES, STATES, PARTS, CRACK_TABLE, CRACK_STRESS } comm_mode = HALF_FORCES;
 
   // ---- joints that cracks cut by their own planes: pair_defe_cracks.cpp ----
@@ -127,20 +109,10 @@ class PairDefeJoint : public Pair {
   std::vector<int> mirrored;    // same, of the joints whose state another rank decides
   bigint screen_built = -1;
 
-  struct Candidate {
-    int i, j;        // i is owned; j too and above i, or a ghost
-    double apart;    // of a broken joint: see JointSlot
-  };
-  std::vector<Candidate> candidates;    // spheres near each other that no joint holds
-  bigint candidates_built = -1;
-  std::vector<std::pair<tagint, tagint>> broken_now;    // DEs whose joint broke in this step
+  std::unique_ptr<DefeSphereContacts> contacts;
 
   // ---- beside other particles and pair styles: pair_defe_others.cpp ----
-  enum : char { OURS = 1, OTHERS = 2 };
-  std::vector<char> acting;       // (ntypes+1)^2: which styles act between two types
-  std::vector<char> meets_des;    // per type: this style acts between it and DEs of some type
   bool others_noted = false;
-  bool acts_on(int i, int j) const { return acting[i * (atom_types + 1) + j] & OURS; }
   void map_types();
   void check_coefficients();
   void note_other_spheres();
@@ -148,34 +120,26 @@ class PairDefeJoint : public Pair {
 
   void allocate();
   void connective_and_ties();
+  void without_connective();
+  void half_forces();
+  void gather(int d);
+  void book_newborn();
   void criterion();
+  bool starts(int d, int s);
   void switch_joints();
   void update_screen();
   defe::Vec3 face_normal(int d, int s, const defe::Vec3 &along) const;
-  struct TiePoint {
-    defe::Vec3 y;         // from the DE to the point on the face
-    defe::Vec3 normal;    // of the face, out of the DE
-    defe::Vec3 arm[4];    // nodes, from their middle
-    defe::Mat3 inertia_inverse;
-  };
-  TiePoint tie_point(int d, int s) const;
-  void cohesive_tie(int d, int s);
+  defe::TiePoint tie_point(int d, int s) const;
+  static defe::SofteningJoint softening(JointSlot &);
   void cohesive_forces();
-  defe::Vec3 on_grid(defe::Vec3 value, int i, bool torque);
-  void pull_exactly(const int *node, const double *force);
+  void cohesive_tie(int d, int s);
+  void cohesive_joint(int d, int s);
+  void book(const defe::SofteningStep &);
   void contact_forces();
-  void update_candidates();
-  void add_candidate(int i, int j, double apart = 0.0);
-  void forget_touch(int i, int j);
-  void contact_with_ball(int i, int j);
-  struct SphereTouch *find_touch(int i, int j);
-  struct SphereTouch &new_touch(int i, int j);
-  void tally(const double *del, const double *force, int i);
   void event(int d, int s, defe::EventKind what, double value);
   void set_broken(int d, int s);
   template <class F> void for_drops(F f);
   double release_of_pending();
-  double release_of_step(JointSlot &, const defe::CohesiveResult &);
 };
 
 }    // namespace LAMMPS_NS

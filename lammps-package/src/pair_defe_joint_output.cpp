@@ -33,9 +33,9 @@ PairDefeJoint::JointView PairDefeJoint::view(int d, int s) const
   JointView v;
   Vec3 y;
   if (tie) {
-    const TiePoint point = tie_point(d, s);
-    y = point.y;
-    v.normal = point.normal;
+    const auto point = tie_point(d, s);
+    y = point.y();
+    v.normal = point.normal();
     v.point = xi + y;
   } else {
     y = Vec3(atom->x[j]) - xi;
@@ -59,7 +59,7 @@ PairDefeJoint::JointView PairDefeJoint::view(int d, int s) const
   }
 
   if (!tie && by_crack(d, s)) {    // along the crack and its plane
-    const auto &law = coeffs[atom->type[i] * (atom_types + 1) + atom->type[j]].cohesive;
+    const auto &law = laws.of(atom->type[i], atom->type[j]).cohesive;
     defe::CrackJoint crack = cracks->find(6 * d + s)->law;
     const auto r = cracks->look(6 * d + s, law, crack);
     const Vec3 m(crack.m), e(crack.e);
@@ -75,10 +75,9 @@ PairDefeJoint::JointView PairDefeJoint::view(int d, int s) const
     return v;
   }
 
-  const auto &moduli = table[jt.material[d]];
-  const auto stiffness = defe::joint_stiffness(moduli.lambda, moduli.mu, jt.len[d][s]);
+  const auto stiffness = laws.stiffness(jt.material[d], jt.len[d][s]);
   const auto &law = tie ? sys->model.adhesive_of(jt.material[d], slot.part)->law
-                        : coeffs[atom->type[i] * (atom_types + 1) + atom->type[j]].cohesive;
+                        : laws.of(atom->type[i], atom->type[j]).cohesive;
   auto state = defe::CohesiveState::unpack(slot.cohesive);
   const auto r = defe::cohesive_update(state, 0.0, Vec3::Zero(), stiffness, law);
   v.t_n = r.t_n;

@@ -17,37 +17,11 @@
 #include "force.h"
 #include "pair_hybrid.h"
 
-#include "defe/coupling/checksum.h"
 #include "defe/coupling/conversion.h"
 
 #include <cmath>
 
 using namespace LAMMPS_NS;
-
-/* ---------------------------------------------------------------------- */
-
-uint64_t PairDefeJoint::laws_checksum() const
-{
-  defe::Checksum sum;
-  for (const auto &c : coeffs) {
-    const auto &law = c.cohesive;
-    const double numbers[] = {c.E,
-                              c.nu,
-                              law.sigma_t,
-                              law.G_f,
-                              law.beta,
-                              c.nuclei.overstrength,
-                              c.nuclei.scatter,
-                              c.restitution,
-                              c.friction,
-                              c.damping_ratio};
-    const char flags[] = {c.has_connective, c.has_cohesive, c.has_contact, law.reciprocal,
-                          c.lattice};
-    sum.add(numbers, sizeof(numbers));
-    sum.add(flags, sizeof(flags));
-  }
-  return sum.value();
-}
 
 namespace {
 
@@ -70,9 +44,9 @@ struct HybridMap : PairHybrid {
 
 void PairDefeJoint::map_types()
 {
-  const size_t n = atom_types + 1;
+  const size_t n = laws.types + 1;
   auto *hybrid = dynamic_cast<PairHybrid *>(force->pair);
-  acting.assign(n * n, hybrid ? 0 : OURS);
+  laws.acting.assign(n * n, hybrid ? 0 : JointLaws::OURS);
   if (!hybrid) return;
 
   // pair_match() with a number returns an only match whatever the number
@@ -82,8 +56,8 @@ void PairDefeJoint::map_types()
   if (second && second != first)
     error->all(FLERR, "There can be only one pair style defe/*: remove the others from hybrid");
 
-  for (int i = 1; i <= atom_types; i++)
-    for (int j = i; j <= atom_types; j++) {
+  for (int i = 1; i <= laws.types; i++)
+    for (int j = i; j <= laws.types; j++) {
       int a = i, b = j;
       if (!hybrid->setflag[i][j]) {    // two types of one style are mixed; else hybrid refuses
         if (HybridMap::count(hybrid, i, i) != 1 || HybridMap::count(hybrid, j, j) != 1 ||
@@ -93,8 +67,8 @@ void PairDefeJoint::map_types()
       }
       char who = 0;
       for (int k = 0; k < HybridMap::count(hybrid, a, b); k++)
-        who |= HybridMap::style(hybrid, a, b, k) == this ? OURS : OTHERS;
-      acting[i * n + j] = acting[j * n + i] = who;
+        who |= HybridMap::style(hybrid, a, b, k) == this ? JointLaws::OURS : JointLaws::OTHERS;
+      laws.acting[i * n + j] = laws.acting[j * n + i] = who;
     }
 }
 
@@ -105,7 +79,7 @@ void PairDefeJoint::map_types()
 
 void PairDefeJoint::check_coefficients()
 {
-  const int n = atom_types + 1, nparts = static_cast<int>(sys->model.parts.size());
+  const int n = laws.types + 1, nparts = static_cast<int>(sys->model.parts.size());
   std::vector<int> mine(static_cast<size_t>(nparts) * n, 0), has(mine.size());
   for (int p = 0; p < nparts; p++)
     if (sys->model.parts[p].convertible) mine[p * n + sys->model.parts[p].type] = 1;
@@ -123,26 +97,26 @@ void PairDefeJoint::check_coefficients()
       if (part_of[t] < 0) part_of[t] = p;
       const auto &part = sys->model.parts[p];
       const auto &m = sys->model.material_of(part);
-      const Coeff &c = coeff_of(t, t);
+      const JointCoeff &c = laws.of(t, t);
       const std::string who = t == part.type
           ? fmt::format("DEs of part {} have type {}", part.name, t)
           : fmt::format("DEs of part {} were given type {}, theirs is {}", part.name, t, part.type);
-      if (!acts_on(t, t))
+      if (!laws.acts_on(t, t))
         error->all(FLERR,
                    "{}, which pair_style hybrid does not give to {}: give 'pair_coeff {} {} {}'",
                    who, style, t, t, style);
-      if ((with_connective && !c.has_connective) || (with_cohesive && !c.has_cohesive) ||
-          (with_contact && !c.has_contact))
+      if ((laws.with_connective && !c.has_connective) || (laws.with_cohesive && !c.has_cohesive) ||
+          (laws.with_contact && !c.has_contact))
         error->all(FLERR, "{}: give 'pair_coeff {} {}{}' with{}{}{} coefficients", who, t, t, named,
-                   with_connective ? " connective" : "", with_cohesive ? " cohesive" : "",
-                   with_contact ? " contact" : "");
+                   laws.with_connective ? " connective" : "", laws.with_cohesive ? " cohesive" : "",
+                   laws.with_contact ? " contact" : "");
       if (c.has_connective && c.E > 0.0 &&
           (std::abs(c.E / m.elastic().E - 1.0) > 1e-9 || std::abs(c.nu - m.elastic().nu) > 1e-9))
         error->all(FLERR,
                    "Pair_coeff {} {} connective {} {} differs from material {} of part {}: E {}, "
                    "nu {} (or write 'connective material')",
                    t, t, c.E, c.nu, m.name, part.name, m.elastic().E, m.elastic().nu);
-      if (with_cohesive && t == part.type && comm->me == 0) {
+      if (laws.with_cohesive && t == part.type && comm->me == 0) {
         const double d = 2.0 * sys->mesh.max_de_radius(t);
         const double limit =
             defe::toughness_limit(m.elastic().E, c.cohesive.G_f, c.cohesive.sigma_t);
@@ -161,20 +135,21 @@ void PairDefeJoint::check_coefficients()
   for (int t = 1; t < n; t++)
     for (int u = t + 1; u < n; u++) {
       if (part_of[t] < 0 || part_of[u] < 0) continue;
-      const Coeff &c = coeff_of(t, u);
-      const bool missing = (with_cohesive && !c.has_cohesive) || (with_contact && !c.has_contact);
-      if (acts_on(t, u) && !missing) continue;
+      const JointCoeff &c = laws.of(t, u);
+      const bool missing = (laws.with_cohesive && !c.has_cohesive) ||
+          (laws.with_contact && !c.has_contact);
+      if (laws.acts_on(t, u) && !missing) continue;
       error->all(FLERR,
                  "DEs of parts {} and {} have types {} and {}: give 'pair_coeff {} {}{}' with{}{} "
                  "coefficients",
                  sys->model.parts[part_of[t]].name, sys->model.parts[part_of[u]].name, t, u, t, u,
-                 named, with_cohesive ? " cohesive" : "", with_contact ? " contact" : "");
+                 named, laws.with_cohesive ? " cohesive" : "", laws.with_contact ? " contact" : "");
     }
 
-  meets_des.assign(n, 0);
+  laws.meets_des.assign(n, 0);
   for (int t = 1; t < n; t++)
     for (int u = 1; u < n; u++)
-      if (part_of[u] >= 0 && acts_on(t, u)) meets_des[t] = 1;
+      if (part_of[u] >= 0 && laws.acts_on(t, u)) laws.meets_des[t] = 1;
 }
 
 /* ----------------------------------------------------------------------
@@ -205,10 +180,10 @@ void PairDefeJoint::note_other_spheres()
 
 double PairDefeJoint::largest_met_by_others(int i) const
 {
-  const size_t n = atom_types + 1;
+  const size_t n = laws.types + 1;
   double mine = 0.0, all = 0.0;
   for (int k = 0; k < atom->nlocal; k++)
-    if (acting[i * n + atom->type[k]] & OTHERS) mine = MAX(mine, atom->radius[k]);
+    if (laws.acting[i * n + atom->type[k]] & JointLaws::OTHERS) mine = MAX(mine, atom->radius[k]);
   MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_MAX, world);
   return all;
 }

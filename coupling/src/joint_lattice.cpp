@@ -1,0 +1,91 @@
+#include "defe/coupling/joint_lattice.h"
+
+#include "defe/coupling/conversion.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
+namespace defe {
+
+void tie_points(int n, const int (*node)[4], const double *x, double *point)
+{
+  for (int t = 0; t < n; t++) {
+    const double *p[4];
+    for (int a = 0; a < 4; a++) p[a] = x + 3 * static_cast<std::ptrdiff_t>(node[t][a]);
+    for (int k = 0; k < 3; k++)
+      point[3 * t + k] = tie_weight[0] * p[0][k] + tie_weight[1] * p[1][k] +
+          tie_weight[2] * p[2][k] + tie_weight[3] * p[3][k];
+  }
+}
+
+void corner_half_forces(const OrthogonalLattice &lattice, int n, const GeneralCell *cell,
+                        const double *x, const double *points, const CornerModuli *table,
+                        bool each_alone, double (*half_force)[6][3], double *energy)
+{
+  if (lattice.n > 0)
+    corner_strain_orthogonal(lattice, x, points, table, half_force, energy, each_alone);
+  for (int d = lattice.n; d < n; d++) {
+    const double *xi = x + 3 * static_cast<std::ptrdiff_t>(lattice.self[d]);
+    Vec3 y[6], hf[6];
+    for (int s = 0; s < 6; s++) {
+      const std::ptrdiff_t nb = lattice.nb[d][s];
+      const double *p = nb >= 0 ? x + 3 * nb : points + 3 * ~nb;
+      y[s] = Vec3(p[0] - xi[0], p[1] - xi[1], p[2] - xi[2]);
+    }
+    energy[d] = corner_strain_general(cell[d - lattice.n], y, lattice.present[d],
+                                      table[lattice.material[d]], hf);
+    for (int s = 0; s < 6; s++)
+      for (int k = 0; k < 3; k++) half_force[d][s][k] = hf[s][k];
+  }
+}
+
+Vec3 turned_normal(const GeneralCell &cell, unsigned present, const Vec3 y[6], const Vec3 &normal,
+                   const Vec3 &along)
+{
+  Mat3 A = Mat3::Zero();
+  for (int q = 0; q < 6; q++)
+    if (present & (1u << q)) A += y[q] * cell.dX[q].transpose();
+  const Eigen::JacobiSVD<Mat3> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (svd.singularValues()[1] <= 1e-6 * svd.singularValues()[0]) return along;
+  Mat3 U = svd.matrixU();
+  if ((U * svd.matrixV().transpose()).determinant() < 0.0) U.col(2) *= -1.0;
+  return U * svd.matrixV().transpose() * normal;
+}
+
+TiePoint::TiePoint(const Vec3 &de, const Vec3 face[4])
+{
+  Vec3 point = Vec3::Zero(), middle = Vec3::Zero();
+  for (int a = 0; a < 4; a++) {
+    point += tie_weight[a] * face[a];
+    middle += 0.25 * face[a];
+  }
+  y_ = point - de;
+  normal_ = (face[2] - face[0]).cross(face[3] - face[1]).normalized();
+  if (normal_.dot(y_) < 0.0) normal_ = -normal_;
+  Mat3 inertia = Mat3::Zero();
+  for (int a = 0; a < 4; a++) {
+    arm_[a] = face[a] - middle;
+    inertia += arm_[a].squaredNorm() * Mat3::Identity() - arm_[a] * arm_[a].transpose();
+  }
+  inertia_inverse_ = inertia.inverse();
+}
+
+Vec3 TiePoint::slide(const Vec3 &de, const Vec3 face[4]) const
+{
+  Vec3 slide = -de, spin = Vec3::Zero();
+  for (int a = 0; a < 4; a++) {
+    slide += tie_weight[a] * face[a];
+    spin += arm_[a].cross(face[a]);
+  }
+  slide -= (inertia_inverse_ * spin).cross(y_);
+  slide -= slide.dot(normal_) * normal_;
+  return slide;
+}
+
+void TiePoint::reactions(const Vec3 &force, Vec3 on_node[4]) const
+{
+  const Vec3 turn = inertia_inverse_ * y_.cross(force);
+  for (int a = 0; a < 4; a++) on_node[a] = turn.cross(arm_[a]) - tie_weight[a] * force;
+}
+
+}    // namespace defe

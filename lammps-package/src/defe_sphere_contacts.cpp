@@ -1,0 +1,365 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "defe_sphere_contacts.h"
+
+#include "defe_joint_laws.h"
+#include "defe_system.h"
+
+#include "atom.h"
+#include "neighbor.h"
+#include "update.h"
+
+#include "defe/coupling/near_pairs.h"
+#include "defe/coupling/penalty.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+using defe::Vec3;
+
+DefeSphereContacts::DefeSphereContacts(DefeSystem &system, const JointLaws &l) :
+    DefeComponent(system), laws(l)
+{
+}
+
+bool DefeSphereContacts::outdated() const
+{
+  return built != sys.tables.built();
+}
+
+/* ----------------------------------------------------------------------
+   spheres near each other that no joint holds
+   LAMMPS' neighbour lists would be built over all nodes, so they are found here. Each owner computes its
+   side of a pair that two ranks share.
+------------------------------------------------------------------------- */
+
+void DefeSphereContacts::add(int i, int j, double distance)
+{
+  if (!laws.with_contact || j < 0) return;    // a tie: the face takes over
+  if (j < atom->nlocal && j < i) std::swap(i, j);
+  candidates.push_back({i, j, distance});
+  broken_now.emplace_back(MIN(atom->tag[i], atom->tag[j]), MAX(atom->tag[i], atom->tag[j]));
+}
+
+void DefeSphereContacts::search()
+{
+  built = sys.tables.built();
+  candidates.clear();
+  const auto &jt = sys.joints;
+  const double *radius = atom->radius;
+  const int nall = atom->nlocal + atom->nghost;
+
+  // DEs and spheres of other origin that are not much larger go into a grid; large ones, of which
+  // there are few, meet all others
+
+  std::vector<int> small(jt.self), large;
+  double largest = 0.0;
+  for (int i : small) largest = MAX(largest, MAX(radius[i], sys.surface.reach_of(i)));
+  const double limit = 4.0 * largest;
+  for (int i = 0; i < nall; i++) {
+    if (radius[i] == 0.0 || (!jt.of_atom.empty() && jt.of_atom[i] >= 0)) continue;
+    if (!laws.meets_des[atom->type[i]]) continue;
+    (radius[i] <= limit ? small : large).push_back(i);
+    if (radius[i] <= limit) largest = MAX(largest, radius[i]);
+  }
+  if (jt.self.empty()) return;    // spheres of other origin have no law between them
+  defe::for_near_pairs(small, large, &atom->x[0][0], 2.0 * largest + neighbor->skin,
+                       [this](int i, int j) {
+                         consider(i, j);
+                       });
+}
+
+void DefeSphereContacts::consider(int i, int j)
+{
+  const auto &jt = sys.joints;
+  const int nlocal = atom->nlocal;
+  if (i >= nlocal) std::swap(i, j);
+  if (i >= nlocal) return;
+  if (j < nlocal && j < i) std::swap(i, j);
+  const int di = jt.of_atom[i], dj = jt.of_atom[j];
+  if (di < 0 && dj < 0) return;
+  if (!laws.acts_on(atom->type[i], atom->type[j])) return;
+  const bool with_ball = di < 0 || dj < 0;
+  // with a ball: by the rank of the DE alone; the ball's force comes back with the ghosts
+  if (with_ball && di < 0) {
+    if (j >= nlocal) return;
+    std::swap(i, j);
+  }
+  const double reach = (with_ball ? sys.surface.reach_of(i) + sys.surface.reach_of(j)
+                                  : atom->radius[i] + atom->radius[j]) +
+      neighbor->skin;
+  const double *xi = atom->x[i], *xj = atom->x[j];
+  double rsq = 0.0;
+  for (int k = 0; k < 3; k++) rsq += (xi[k] - xj[k]) * (xi[k] - xj[k]);
+  if (rsq >= reach * reach) return;
+  if (!with_ball && joined(di, j)) return;
+  candidates.push_back({i, j, with_ball ? 0.0 : jt.distance_apart(di, atom->tag[j])});
+}
+
+bool DefeSphereContacts::joined(int de, int j) const
+{
+  const auto &jt = sys.joints;
+  for (int s = 0; s < 6; s++) {
+    const int nb = jt.nb[de][s];    // a joint may have broken since the tables were made
+    if (nb >= 0 && nb != jt.self[de] && atom->tag[nb] == atom->tag[j] &&
+        jt.state[6 * de + s] != DefeJoint::CONTACT)    // its plane may still take it
+      return true;
+  }
+  return false;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DefeSphereContacts::forces(const DefeTally &tally)
+{
+  std::sort(broken_now.begin(), broken_now.end());
+  for (const auto &c : candidates) {
+    if (sys.joints.of_atom[c.j] < 0)
+      contact_with_ball(c.i, c.j, tally);
+    else
+      contact(c, tally);
+  }
+  broken_now.clear();
+}
+
+/* ----------------------------------------------------------------------
+   distance below which two DEs are in contact, given the square of that now; 0 if they are not.
+   Spheres of flat cells overlap from the start: contact begins at the reference distance.
+------------------------------------------------------------------------- */
+
+double DefeSphereContacts::reach_of(const Candidate &c, double rsq) const
+{
+  double reach = atom->radius[c.i] + atom->radius[c.j];
+  if (rsq >= reach * reach) return 0.0;
+  const double *Xa = sys.store.x_frame(c.i), *Xb = sys.store.x_frame(c.j);
+  double ref = 0.0;
+  for (int k = 0; k < 3; k++) ref += (Xa[k] - Xb[k]) * (Xa[k] - Xb[k]);
+  reach = MIN(reach, std::sqrt(ref));
+  if (c.apart > 0.0) reach = MIN(reach, c.apart);
+  return rsq >= reach * reach ? 0.0 : reach;
+}
+
+/* ----------------------------------------------------------------------
+   of two DEs, by the softer material; false: there is none
+------------------------------------------------------------------------- */
+
+bool DefeSphereContacts::parameters(int i, int j, double reach, defe::ContactParameters &par) const
+{
+  const auto &jt = sys.joints;
+  const JointCoeff &coeff = laws.of(atom->type[i], atom->type[j]);
+  double E = 0.0, nu = 0.2;
+  for (int a : {i, j}) {
+    const int part = jt.material[jt.of_atom[a]];
+    if (E == 0.0 || laws.young[part] < E) {
+      E = laws.young[part];
+      nu = laws.poisson(part);
+    }
+  }
+  if (E == 0.0) return false;
+  const double kn = E * MIN(2.0 * MIN(atom->radius[i], atom->radius[j]), reach);
+  par = {kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), coeff.restitution, coeff.friction,
+         coeff.damping_ratio};
+  return true;
+}
+
+void DefeSphereContacts::contact(const Candidate &c, const DefeTally &tally)
+{
+  const int i = c.i, j = c.j;
+  double **v = atom->v, **omega = atom->omega;
+  // the two owners compute the same numbers if both begin with the same DE
+  const bool turned = sys.model.reproducible && atom->tag[i] > atom->tag[j];
+  const int a = turned ? j : i, b = turned ? i : j;
+  const double sign = turned ? -1.0 : 1.0;
+  const bool whole = j < atom->nlocal;    // else the other half belongs to the other owner
+  const double *xa = atom->x[a], *xb = atom->x[b], *mass = atom->rmass;
+  const double del[3] = {xa[0] - xb[0], xa[1] - xb[1], xa[2] - xb[2]};
+  const double rsq = del[0] * del[0] + del[1] * del[1] + del[2] * del[2];
+  const double reach = reach_of({a, b, c.apart}, rsq);
+  if (reach == 0.0) {
+    forget_touch(i, j);
+    if (whole) forget_touch(j, i);
+    return;
+  }
+  defe::ContactParameters par;
+  if (!parameters(a, b, reach, par)) return;
+  const double dt = update->setupflag ? 0.0 : update->dt;
+  double *shear = spring(i, j);
+  Vec3 history(sign * shear[0], sign * shear[1], sign * shear[2]);
+  auto r = defe::sphere_contact(Vec3(del[0], del[1], del[2]),
+                                Vec3(v[a][0] - v[b][0], v[a][1] - v[b][1], v[a][2] - v[b][2]),
+                                Vec3(omega[a]), Vec3(omega[b]), atom->radius[a], atom->radius[b],
+                                reach, mass[a] * mass[b] / (mass[a] + mass[b]), dt, history, par);
+  // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
+  if (update->setupflag)
+    r.stored += 0.5 * par.kt * (Vec3(shear).squaredNorm() - history.squaredNorm());
+  else {
+    for (int k = 0; k < 3; k++) shear[k] = sign * history[k];
+    if (whole) {
+      double *other = spring(j, i);
+      for (int k = 0; k < 3; k++) other[k] = -sign * history[k];
+    }
+  }
+
+  const Vec3 force = sys.sums.rounded_force(r.force, i);
+  const Vec3 torque_i = sys.sums.rounded_torque(turned ? r.torque_j : r.torque_i, i);
+  for (int k = 0; k < 3; k++) {
+    atom->f[i][k] += sign * force[k];
+    atom->torque[i][k] += torque_i[k];
+  }
+  if (whole) {
+    const Vec3 torque_j = sys.sums.rounded_torque(turned ? r.torque_i : r.torque_j, j);
+    for (int k = 0; k < 3; k++) {
+      atom->f[j][k] -= sign * force[k];
+      atom->torque[j][k] += torque_j[k];
+    }
+  }
+  const double share = whole ? 1.0 : 0.5;
+  book(i, j, share, r);
+  if (tally.on()) {
+    const double half[3] = {share * del[0], share * del[1], share * del[2]};
+    tally(half, r.force.data(), i);
+  }
+}
+
+void DefeSphereContacts::book(int i, int j, double share, const defe::ContactResult &r)
+{
+  sys.stored.contact += share * r.stored;
+  // a joint that broke while it was pressed: this much of what it held is still here
+  if (!broken_now.empty() &&
+      std::binary_search(
+          broken_now.begin(), broken_now.end(),
+          std::make_pair(MIN(atom->tag[i], atom->tag[j]), MAX(atom->tag[i], atom->tag[j]))))
+    sys.ledger.release -= share * r.stored;
+  if (update->setupflag) return;
+  sys.ledger.damping += share * r.damped;
+  sys.ledger.friction += share * r.rubbed;
+}
+
+/* ----------------------------------------------------------------------
+   a DE of this rank and a ball, owned or ghost. The DE is a patch of the surface that the ball presses
+   on (ball_on_patch); one that was just born takes over what the face of its element stored.
+------------------------------------------------------------------------- */
+
+void DefeSphereContacts::contact_with_ball(int i, int j, const DefeTally &tally)
+{
+  double **x = atom->x;
+  double **v = atom->v;
+  double **omega = atom->omega;
+  const auto &jt = sys.joints;
+  const double dt = update->setupflag ? 0.0 : update->dt;
+  const Vec3 del = Vec3(x[i]) - Vec3(x[j]), speed = Vec3(v[i]) - Vec3(v[j]);
+  const double ri = sys.surface.reach_of(i), rj = atom->radius[j], distance = del.norm();
+  const double overlap = ri + rj - distance;
+  SphereTouch *touch = find_touch(i, j);
+  const bool inherits = touch && touch->inherit >= 0.0;
+  const double offset = touch ? touch->offset : 0.0;
+  if (!inherits && overlap <= offset) {
+    forget_touch(i, j);
+    return;
+  }
+  const int part = jt.material[jt.of_atom[i]];
+  const double area = jt.rec[jt.of_atom[i]]->outer_area;
+  const double k_area = sys.surface.ball_stiffness(part, i) / area;
+  if (!(k_area > 0.0)) return;
+  if (!touch) {
+    touch = &new_touch(i, j);
+    // an overlap that no motion has made
+    if (overlap > 4.0 * dt * speed.norm() + 1.0e-6 * ri) touch->offset = overlap;
+  } else if (inherits)
+    touch->offset = overlap - defe::overlap_of_energy(touch->inherit, rj, area, k_area);
+  const double deep = overlap - touch->offset;
+  const auto push = defe::ball_on_patch(deep, rj, area, k_area);
+  if (!(deep > 0.0)) {
+    if (inherits) touch->inherit = -1.0;
+    return;
+  }
+
+  const auto par = ball_parameters(i, j, push.force / deep, push.damping_factor);
+  Vec3 history(touch->shear);
+  auto r = defe::sphere_contact(
+      del, speed, Vec3(omega[i]), Vec3(omega[j]), ri, rj, ri + rj - touch->offset,
+      atom->rmass[i] * atom->rmass[j] / (atom->rmass[i] + atom->rmass[j]), dt, history, par);
+  r.stored += push.energy - 0.5 * push.force * deep;
+  if (inherits) {
+    // the kicks of velocity Verlet belong to the old force up to half-way between the two steps
+    sys.ledger.conv_strain -=
+        push.energy + 0.5 * dt * (push.force - touch->push) * speed.dot(del) / distance;
+    touch->inherit = -1.0;
+  }
+  // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
+  if (update->setupflag)
+    r.stored += 0.5 * par.kt * (Vec3(touch->shear).squaredNorm() - history.squaredNorm());
+  else {
+    for (int k = 0; k < 3; k++) touch->shear[k] = history[k];
+    sys.ledger.damping += r.damped;
+    sys.ledger.friction += r.rubbed;
+  }
+  const Vec3 force = sys.sums.rounded_force(r.force, i);
+  const Vec3 torque_i = sys.sums.rounded_torque(r.torque_i, i);
+  const Vec3 torque_j = sys.sums.rounded_torque(r.torque_j, j);
+  for (int k = 0; k < 3; k++) {
+    atom->f[i][k] += force[k];
+    atom->f[j][k] -= force[k];
+    atom->torque[i][k] += torque_i[k];
+    atom->torque[j][k] += torque_j[k];
+  }
+  sys.stored.contact += r.stored;
+  if (tally.on()) tally(del.data(), r.force.data(), i);
+}
+
+defe::ContactParameters DefeSphereContacts::ball_parameters(int i, int j, double kn,
+                                                            double damping) const
+{
+  const JointCoeff &coeff = laws.of(atom->type[i], atom->type[j]);
+  const double nu = laws.poisson(sys.joints.material[sys.joints.of_atom[i]]);
+  return {kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), coeff.restitution, coeff.friction,
+          coeff.damping_ratio * damping};
+}
+
+/* ----------------------------------------------------------------------
+   contacts of atom i
+------------------------------------------------------------------------- */
+
+SphereTouch *DefeSphereContacts::find_touch(int i, int j) const
+{
+  AtomTouch *t = sys.store.touches(i);
+  if (t)
+    for (auto &s : t->spheres)
+      if (s.other == atom->tag[j]) return &s;
+  return nullptr;
+}
+
+SphereTouch &DefeSphereContacts::new_touch(int i, int j)
+{
+  auto &list = sys.store.touch_at(i).spheres;
+  list.push_back({atom->tag[j], {0.0, 0.0, 0.0}, 0.0, -1.0, 0.0});
+  return list.back();
+}
+
+double *DefeSphereContacts::spring(int i, int j)
+{
+  SphereTouch *touch = find_touch(i, j);
+  return touch ? touch->shear : new_touch(i, j).shear;
+}
+
+void DefeSphereContacts::forget_touch(int i, int j)
+{
+  AtomTouch *t = sys.store.touches(i);
+  if (!t) return;
+  for (auto &s : t->spheres)
+    if (s.other == atom->tag[j]) {
+      s = t->spheres.back();
+      t->spheres.pop_back();
+      return;
+    }
+}
+
+double DefeSphereContacts::memory_usage() const
+{
+  return static_cast<double>(candidates.capacity()) * sizeof(Candidate);
+}

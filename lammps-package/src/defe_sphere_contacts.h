@@ -1,0 +1,65 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifndef LMP_DEFE_SPHERE_CONTACTS_H
+#define LMP_DEFE_SPHERE_CONTACTS_H
+
+#include "defe_component.h"
+#include "defe_tally.h"
+
+#include "defe/coupling/contact_law.h"
+#include "defe/types.h"
+
+#include <utility>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+struct JointCoeff;
+struct JointLaws;
+struct SphereTouch;
+
+/** Contact of DEs that no joint holds, with each other and with other spheres. */
+class DefeSphereContacts : protected DefeComponent {
+ public:
+  DefeSphereContacts(DefeSystem &, const JointLaws &);
+
+  /** The tables have changed since the last search: materials of ghosts are to be sent before the next. */
+  bool outdated() const;
+  void search();
+  /** A joint broke: its two DEs may touch. distance: see JointSlot::apart. */
+  void add(int i, int j, double distance = 0.0);
+  void forces(const DefeTally &);
+  double memory_usage() const;
+
+ private:
+  const JointLaws &laws;
+  bigint built = -1;    // tables of the last search
+  struct Candidate {
+    int i, j;        // i is owned; j too and above i, or a ghost
+    double apart;    // of a broken joint: see JointSlot
+  };
+  std::vector<Candidate> candidates;
+  std::vector<std::pair<tagint, tagint>> broken_now;    // DEs whose joint broke in this step
+
+  void consider(int i, int j);
+  bool joined(int de, int j) const;
+  double reach_of(const Candidate &, double rsq) const;
+  bool parameters(int i, int j, double reach, defe::ContactParameters &) const;
+  void contact(const Candidate &, const DefeTally &);
+  void book(int i, int j, double share, const defe::ContactResult &);
+  void contact_with_ball(int i, int j, const DefeTally &);
+  defe::ContactParameters ball_parameters(int i, int j, double kn, double damping) const;
+
+  SphereTouch *find_touch(int i, int j) const;
+  SphereTouch &new_touch(int i, int j);
+  double *spring(int i, int j);
+  void forget_touch(int i, int j);
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
