@@ -32,7 +32,7 @@ struct Scene {
 };
 
 /// One clean crack; the body pushes one of the halves. 60 us.
-const Scene clean{10.0, -0.014, 4.0, 3.1e4, 1200};
+const Scene clean{10.0, -0.014, 4.0, 3.1e4, 1000};
 
 /// The body drives debris into the crack: DEs that hang by a joint or two, between others that they
 /// hit every microsecond. Differences of rounding grow tenfold in 5 us there (from 1e-17 m, when
