@@ -94,34 +94,6 @@ DefeMesh::DefeMesh(DefeSystem &system) : DefeComponent(system), de_radius_max(at
   now.hexes_per_node = 1;
 }
 
-/* ----------------------------------------------------------------------
-   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
-   https://www.lammps.org/
-   This software is distributed under the GNU General Public License.
-------------------------------------------------------------------------- */
-
-#include "defe_system.h"
-#include "rendezvous.h"
-
-#include "atom.h"
-#include "comm.h"
-#include "domain.h"
-#include "error.h"
-
-#include "defe/coupling/conversion.h"
-#include "defe/coupling/shielding.h"
-#include "defe/fe/hex8.h"
-#include "defe/fe/stable_step.h"
-#include "defe/fe/topology.h"
-
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-
-using namespace LAMMPS_NS;
-using defe::fe::HexCoords;
-using Rendezvous::Letters;
-
 void DefeMesh::add_hex(int i, tagint hexid, int part, const tagint *nodes)
 {
   HexRecord h;

@@ -28,7 +28,6 @@
 #include "neighbor.h"
 #include "update.h"
 
-#include "defe/coupling/conversion.h"
 
 #include <algorithm>
 #include <cmath>

@@ -17,7 +17,6 @@
 #include "force.h"
 #include "pair_hybrid.h"
 
-#include "defe/coupling/conversion.h"
 
 #include <cmath>
 
