@@ -25,9 +25,7 @@ class DefeEnergyWatch : protected DefeComponent {
   bool on = false, balance_known = false, told = false;
   double balance_start = 0.0, balance_last = 0.0, put_in = 0.0, swing_start = 0.0;
   std::string unseen_work() const;
-  std::string unseen_fix(int groups) const;
   double swing() const;
-  void put_in_so_far(double external);
 };
 
 }    // namespace LAMMPS_NS

@@ -28,7 +28,6 @@
 #include "neighbor.h"
 #include "update.h"
 
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -113,7 +112,7 @@ void PairDefeJoint::init_style()
   contacts = std::make_unique<DefeSphereContacts>(*sys, laws);
 
   // no neighbour list is requested: nodes are the most of all atoms and would fill it, see
-  // update_candidates()
+  // DefeSphereContacts::search()
 
   // elastic constants of each part
 

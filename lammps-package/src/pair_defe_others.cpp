@@ -17,7 +17,6 @@
 #include "force.h"
 #include "pair_hybrid.h"
 
-
 #include <cmath>
 
 using namespace LAMMPS_NS;
