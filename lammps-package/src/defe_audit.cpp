@@ -304,8 +304,11 @@ void DefeAudit::masses() const
     for (int e = 0; e < b.size(); e++) {
       sys.elements.coords(b.nodes(e).data(), x, X);
       const HexRecord &h = *b.hex[e];
-      const auto &m = sys.model.material_of(sys.model.parts[h.part]);
-      const double mass = 0.125 * m.elastic().rho * defe::fe::volume(X);
+      const double volume = defe::fe::volume(X);
+      if (!(std::abs(volume - h.volume) <= 1.0e-11 * volume))
+        error->one(FLERR, "Fix defe at step {}: element {} has volume {:.15g}, its nodes give {:.15g}",
+                   update->ntimestep, h.id, h.volume, volume);
+      const double mass = 0.125 * sys.model.element_mass(sys.model.parts[h.part], h.volume);
       for (tagint t : h.node) shares.to_id(t, {t, 0, mass});
     }
   auto came = shares.send();

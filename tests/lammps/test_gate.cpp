@@ -43,8 +43,9 @@ const std::string header = "units si\natom_style sphere\nnewton off on\ncomm_mod
 
 std::string fix_of(const Scene &s, const Way &w, const std::string &output)
 {
+  // checked are the exact ones, whose masses are rounded, see DefeModel::element_mass()
   return "fix fe all defe " + s.fix + " every " + std::to_string(w.every) + " reproducible " +
-      (w.exact ? "yes" : "no") + " events " + output + ".events\n";
+      (w.exact ? "yes check yes" : "no") + " events " + output + ".events\n";
 }
 
 /// Motion and output.
