@@ -14,6 +14,8 @@
 
 #include "defe/fe/hex8.h"
 
+#include <algorithm>
+
 using namespace LAMMPS_NS;
 using defe::Vec3;
 using defe::fe::HexCoords;
@@ -121,15 +123,22 @@ bool DefeMarks::is_shielded(HexRecord &h, const DefePart &p, double value,
 }
 
 /* ----------------------------------------------------------------------
-   which elements convert at the next step
+   which elements convert at the next step. With "collect" they wait, marked, for the end of a window of so many
+   steps, which begins at a multiple: the step alone says when, so that neither ranks nor restarts matter.
 ------------------------------------------------------------------------- */
+
+bool DefeMarks::closes(bigint evaluation) const
+{
+  const bigint window = sys.model.collect;
+  return evaluation / window != (evaluation + sys.clock.subcycle().every()) / window;
+}
 
 void DefeMarks::mark()
 {
-  marked_here = 0;
-  jump = Jump();
   for (const auto &b : sys.elements.batches())
     if (b.convertible) mark_batch(b);
+  if (!closes(update->ntimestep)) return;
+  // only what cracks ask for now: those that have asked before do so again, unless they have turned away
   if (!sys.joints.asking.empty()) marked_here = MAX(marked_here, 1);
   ask();
 }
@@ -146,6 +155,7 @@ void DefeMarks::mark_batch(const DefeBatch &b)
   for (int e = 0; e < n; e++) {
     if (!(bound[e] > limit)) continue;
     HexRecord &h = *b.hex[e];
+    if (h.marked) continue;
     Vec3 direction(1.0, 0.0, 0.0);
     const double value = value_of(b, e, direction);
     if (!(value > limit) || is_shielded(h, p, value, direction)) continue;
@@ -156,26 +166,37 @@ void DefeMarks::mark_batch(const DefeBatch &b)
 }
 
 /* ----------------------------------------------------------------------
-   between two evaluations of the elements, those that were marked then stay so
+   between two evaluations of the elements, and in a window, those that were marked stay so
 ------------------------------------------------------------------------- */
 
 void DefeMarks::begin_run()
 {
   convert_step = -1;    // what is marked is scheduled anew
+  jump = Jump();
   const auto &subcycle = sys.clock.subcycle();
-  if (subcycle.due()) {
+  if (subcycle.due() && sys.model.collect == 1)
     for (const auto &b : sys.elements.batches())
       if (b.convertible)
         for (auto *h : b.hex) h->marked = 0;
+  marked_here = has_marked();
+  if (subcycle.due())
     mark();
-  } else {
-    int mine = !sys.joints.asking.empty(), all = 0;
-    for (const auto &b : sys.elements.batches())
-      if (b.convertible)
-        for (const auto *h : b.hex) mine = mine || h->marked;
+  else if (subcycle.phase() < subcycle.steps_of_impulse() &&
+           closes(update->ntimestep - subcycle.phase())) {
+    int mine = marked_here || !sys.joints.asking.empty(), all = 0;
     MPI_Allreduce(&mine, &all, 1, MPI_INT, MPI_MAX, world);
     if (all) schedule(subcycle.steps_of_impulse() - subcycle.phase());
   }
+}
+
+bool DefeMarks::has_marked() const
+{
+  for (const auto &b : sys.elements.batches())
+    if (b.convertible && std::any_of(b.hex.begin(), b.hex.end(), [](const HexRecord *h) {
+          return h->marked;
+        }))
+      return true;
+  return false;
 }
 
 /* ----------------------------------------------------------------------
@@ -227,6 +248,8 @@ bool DefeMarks::due() const
 void DefeMarks::done()
 {
   convert_step = -1;
+  marked_here = 0;
+  jump = Jump();
   sys.host->next_reneighbor = -1;
 }
 

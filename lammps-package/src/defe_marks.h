@@ -53,7 +53,7 @@ class DefeMarks : protected DefeComponent {
 
  private:
   bigint convert_step = -1;
-  // 2: one of them far above, see note_jump()
+  // since the last conversion; 2: one of them far above, see note_jump()
   int marked_here = 0, marked_anywhere = 0;
   MPI_Request request = MPI_REQUEST_NULL;
   struct Jump {
@@ -66,6 +66,8 @@ class DefeMarks : protected DefeComponent {
   double value_of(const DefeBatch &, int e, defe::Vec3 &direction) const;
   bool is_shielded(HexRecord &, const DefePart &, double value, const defe::Vec3 &direction) const;
   void mark_batch(const DefeBatch &);
+  bool has_marked() const;
+  bool closes(bigint evaluation) const;
   void schedule(int steps);
   void ask();
   void take();

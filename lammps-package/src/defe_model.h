@@ -60,6 +60,7 @@ struct DefeModel {
   // overlaps that are there before the first step; of balls those that are deep are refused by default
   bool refuse_overlaps = false, ease_overlaps = false;
 
+  int collect = 1;    // steps of a window at the end of which elements convert
   bool shield = true;
   bool gauss_stress = false;
   bool force_lagrangian = false;

@@ -49,6 +49,8 @@ void DefeOptions::read()
       m.force_lagrangian = second_of("kernel", "auto", "lagrangian");
     else if (key == "every")
       read_every();
+    else if (key == "collect")
+      read_collect();
     else if (key == "check")
       read_check();
     else if (key == "reproducible")
@@ -60,7 +62,7 @@ void DefeOptions::read()
     } else
       error->all(FLERR,
                  "Unknown fix defe keyword {}: use material, part, convert, adhesive, contact, "
-                 "shield, stress, kernel, every, check, reproducible or events",
+                 "shield, stress, kernel, every, collect, check, reproducible or events",
                  key);
   }
   finish();
@@ -275,6 +277,15 @@ void DefeOptions::read_every()
   const int every = utils::inumeric(FLERR, arg[iarg + 1], false, lmp);
   if (every < 1) error->all(FLERR, "Fix defe every must be at least 1 step, not {}", every);
   sys.clock.subcycle().set_every(every);
+  iarg += 2;
+}
+
+void DefeOptions::read_collect()
+{
+  need(2, "collect");
+  sys.model.collect = utils::inumeric(FLERR, arg[iarg + 1], false, lmp);
+  if (sys.model.collect < 1)
+    error->all(FLERR, "Fix defe collect must be at least 1 step, not {}", sys.model.collect);
   iarg += 2;
 }
 

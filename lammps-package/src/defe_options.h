@@ -42,6 +42,7 @@ class DefeOptions : protected DefeComponent {
   void read_adhesive();
   void read_contact();
   void read_every();
+  void read_collect();
   void read_check();
 
   void finish();
