@@ -120,7 +120,7 @@ void ComputeDefeJointLocal::compute_local()
     if (!(atom->mask[jt.self[d]] & groupbit)) continue;
     for (int s = 0; s < 6; s++) {
       if (!counts(d, s)) continue;
-      PairDefeJoint::JointView view;
+      defe::JointView view;
       if (views) view = pair->view(d, s);
       for (int c = 0; c < ncol; c++) {
         const double value = value_of(what[c], d, s, view);
@@ -147,8 +147,7 @@ void ComputeDefeJointLocal::grow(int n)
   }
 }
 
-double ComputeDefeJointLocal::value_of(Quantity q, int d, int s,
-                                       const PairDefeJoint::JointView &view) const
+double ComputeDefeJointLocal::value_of(Quantity q, int d, int s, const defe::JointView &view) const
 {
   const auto &jt = sys->joints;
   const JointSlot &slot = jt.rec[d]->slot[s];

@@ -60,7 +60,7 @@ class ComputeDefeJointLocal : public Compute {
   PairDefeJoint *pair = nullptr;
   bool counts(int d, int s) const;
   void grow(int n);
-  double value_of(Quantity, int d, int s, const PairDefeJoint::JointView &) const;
+  double value_of(Quantity, int d, int s, const defe::JointView &) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -34,11 +34,11 @@ void DefeExactSums::make_grids()
   if (sys.mesh.largest_force() > 0.0) {
     const double force =
         MAX(1.0, sys.model.contact_factor) * sys.mesh.largest_force();    // contacts may be stiffer
-    force_grid_ = defe::sum_grid(force);
-    torque_grid_ =
-        defe::sum_grid(force * MAX(sys.mesh.max_diagonal(), 2.0 * sys.ghosts.largest_ball()));
+    rounding_.set_grids(
+        defe::sum_grid(force),
+        defe::sum_grid(force * MAX(sys.mesh.max_diagonal(), 2.0 * sys.ghosts.largest_ball())));
   }
-  beyond_grid = -1;
+  set_beyond(-1);
   note_unreproducible();
 }
 
@@ -82,22 +82,23 @@ void DefeExactSums::note_unreproducible() const
 
 void DefeExactSums::check_range(bool sums)
 {
-  const int n = sums && force_grid_.on() ? 3 * atom->nlocal : 0;
+  const int n = sums && force_grid().on() ? 3 * atom->nlocal : 0;
   if (n > 0) {
     const double *f = atom->f[0], *torque = atom->torque[0];
-    const double most[2] = {8.0 * force_grid_.limit, 8.0 * torque_grid_.limit};
+    const double most[2] = {8.0 * force_grid().limit, 8.0 * torque_grid().limit};
     int count = 0;
     for (int i = 0; i < n; i++) count += std::abs(f[i]) > most[0];
     for (int i = 0; i < n; i++) count += std::abs(torque[i]) > most[1];
     for (int i = 0; i < n && count; i++)
-      if (std::abs(f[i]) > most[0] || std::abs(torque[i]) > most[1]) beyond_grid = i / 3;
+      if (std::abs(f[i]) > most[0] || std::abs(torque[i]) > most[1]) set_beyond(i / 3);
   }
-  if (beyond_grid < 0) return;
-  const double *x = atom->x[beyond_grid];
+  const int i = rounding_.beyond();
+  if (i < 0) return;
+  const double *x = atom->x[i];
   error->one(
       FLERR,
       "A force on atom {} at step {} near {:.6g} {:.6g} {:.6g} is too large for the exact sums "
       "of fix defe reproducible (limit {:.4g}): the run comes apart, use a smaller timestep, "
       "or do without reproducible",
-      atom->tag[beyond_grid], update->ntimestep, x[0], x[1], x[2], force_grid_.limit);
+      atom->tag[i], update->ntimestep, x[0], x[1], x[2], force_grid().limit);
 }

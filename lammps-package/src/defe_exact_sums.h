@@ -9,8 +9,7 @@
 
 #include "defe_component.h"
 
-#include "defe/exact_sum.h"
-#include "defe/types.h"
+#include "defe/coupling/force_sums.h"
 
 namespace LAMMPS_NS {
 
@@ -20,35 +19,27 @@ class DefeExactSums : protected DefeComponent {
   using DefeComponent::DefeComponent;
   void make_grids();
 
-  const defe::SumGrid &force_grid() const { return force_grid_; }    // on if reproducible
-  const defe::SumGrid &torque_grid() const { return torque_grid_; }
+  const defe::SumGrid &force_grid() const
+  {
+    return rounding_.force_grid();
+  }    // on if reproducible
+  const defe::SumGrid &torque_grid() const { return rounding_.torque_grid(); }
+  defe::RoundedForces &rounding() { return rounding_; }
 
   /** A contribution to f[i] or torque[i], rounded to its grid if there is one. */
   double on_grid(const defe::SumGrid &grid, double value, int i)
   {
-    if (!grid.on()) return value;
-    const double rounded = grid.round(value);
-    if (grid.beyond(rounded)) beyond_grid = i;
-    return rounded;
+    return rounding_.on_grid(grid, value, i);
   }
-  defe::Vec3 rounded_force(defe::Vec3 value, int i)
-  {
-    for (double &v : value) v = on_grid(force_grid_, v, i);
-    return value;
-  }
-  defe::Vec3 rounded_torque(defe::Vec3 value, int i)
-  {
-    for (double &v : value) v = on_grid(torque_grid_, v, i);
-    return value;
-  }
+  defe::Vec3 rounded_force(const defe::Vec3 &value, int i) { return rounding_.force(value, i); }
+  defe::Vec3 rounded_torque(const defe::Vec3 &value, int i) { return rounding_.torque(value, i); }
   /** This atom has a force or torque that is too large. */
-  void set_beyond(int i) { beyond_grid = i; }
+  void set_beyond(int i) { rounding_.set_beyond(i); }
   /** Stops if there is one; sums: those of all, after the ghosts' have arrived. */
   void check_range(bool sums);
 
  private:
-  defe::SumGrid force_grid_, torque_grid_;
-  int beyond_grid = -1;
+  defe::RoundedForces rounding_;
   void note_unreproducible() const;
 };
 

@@ -47,10 +47,3 @@ bool DefeModel::any_convertible() const
     return p.convertible;
   });
 }
-
-const DefeAdhesive *DefeModel::adhesive_of(int part, int base) const
-{
-  for (const auto &a : adhesives)
-    if (a.part == part && a.base == base) return &a;
-  return nullptr;
-}

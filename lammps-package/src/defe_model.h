@@ -7,9 +7,9 @@
 #ifndef LMP_DEFE_MODEL_H
 #define LMP_DEFE_MODEL_H
 
-#include "defe/coupling/cohesive.h"
 #include "defe/coupling/corner_strain.h"
 #include "defe/coupling/criterion.h"
+#include "defe/coupling/joint_laws.h"
 #include "defe/fe/material_law.h"
 
 #include <memory>
@@ -41,17 +41,11 @@ struct DefePart {
   std::string start;           // region converted at step 0, "all", or empty
 };
 
-/** Ties of DEs of `part` to elements of `base` that can break. */
-struct DefeAdhesive {
-  int part, base;
-  defe::CohesiveParameters law;
-};
-
 /** What the fix command says. Values only: defe_options.cpp reads them. */
 struct DefeModel {
   std::vector<DefeMaterial> materials;
   std::vector<DefePart> parts;
-  std::vector<DefeAdhesive> adhesives;
+  std::vector<defe::Adhesive> adhesives;
   std::vector<defe::CornerModuli> corner_moduli;    // per part
 
   bool contact_given = false;    // the keyword, also with 0
@@ -83,7 +77,10 @@ struct DefeModel {
   int find_part(const std::string &) const;
   bool any_convertible() const;
   /** Null: ties between these parts do not break. */
-  const DefeAdhesive *adhesive_of(int part, int base) const;
+  const defe::Adhesive *adhesive_of(int part, int base) const
+  {
+    return defe::find_adhesive(adhesives, part, base);
+  }
   /** A node's shares can be added and taken away in any order, if sums are to be exact. */
   double element_mass(const DefePart &, double volume) const;
   /** Name, material and type of DEs, in words. */

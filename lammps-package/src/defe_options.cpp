@@ -219,7 +219,7 @@ void DefeOptions::read_des(DefePart &p)
 void DefeOptions::read_adhesive()
 {
   need(6, "adhesive");
-  DefeAdhesive a;
+  defe::Adhesive a;
   int *const which[2] = {&a.part, &a.base};
   for (int k = 0; k < 2; k++) {
     *which[k] = sys.model.find_part(arg[iarg + 1 + k]);

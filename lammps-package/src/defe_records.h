@@ -9,7 +9,7 @@
 
 #include "lmptype.h"
 
-#include "defe/coupling/crack_softening.h"
+#include "defe/coupling/joint_table.h"
 #include "defe/coupling/shielding.h"
 #include "defe/coupling/surface_forces.h"
 
@@ -51,43 +51,17 @@ struct HexRecord : HexPod {
   }
 };
 
-namespace DefeJoint {
-  enum Kind : signed char { NONE = 0, DE = 1, TIE = 2 };
-  enum State : signed char { CONNECTIVE = 0, COHESIVE = 1, CONTACT = 2 };
-  /// In JointTable::state only: CONTACT, and the plane of the crack still takes it, see JointSlot::plane
-  constexpr signed char PLANE = 3;
-}    // namespace DefeJoint
+namespace DefeJoint = defe::joint;    // kinds and states
+using defe::JointCrack;
 
-/** One of the six joint slots of a discrete element.
-    Slot 2*a (2*a+1) looks along the negative (positive) natural axis a of its element. */
-struct JointSlot {
+/** IDs of the other end of a joint or tie. */
+struct JointIds {
   tagint other;           // DE: its atom ID;  TIE: the ID of the element
   tagint face_node[4];    // TIE: nodes of the face, from the DE's own corner node onwards
-  double area;            // reference area of the joint
-  double face[3];         // reference vector from the DE to the middle of the quarter face
-  double normal[3];       // reference unit normal of the quarter face, pointing out of the DE
-  double cohesive[6];     // defe::CohesiveState: e_n, e_s[3], s0, kappa
-  double length0;         // joint length at which e_n vanishes
-  double apart;           // > 0: of a broken joint, distance below which the two DEs are in contact
-  // COHESIVE: stored energy, dissipated so far (J), kept by the lower tag
-  // stored of a noted joint (pending 1) that a crack cuts: what this end's corners would have let go
-  double stored, lost;
-  signed char kind, state;
-  signed char partner;    // slot of the joint on the other DE (also of the one a TIE becomes)
-  signed char corner;     // corner of the other element at the common node
-  signed char pending;    // 1: becomes cohesive in the next step, 2: did so in this one
-  signed char part;       // TIE: part of the element
-  // CONTACT: > 0 while the two are pressed along the plane of their crack; at the lower end 1 + the evaluations in
-  // which it need not be looked at
-  signed char plane;
-  signed char asks;    // TIE: 1: a crack wants to go on in the element, which is to convert
 };
 
-/** What a joint that a crack cuts by its own plane remembers; kept by the DE of the lower ID. Plain data. */
-struct JointCrack {
-  int slot, pad;
-  defe::CrackJoint law;
-};
+/** One of the six joint slots of a discrete element. */
+struct JointSlot : JointIds, defe::JointRecord {};
 
 /** What travels with a discrete element. Plain data: packed as bytes. */
 struct DERecord {

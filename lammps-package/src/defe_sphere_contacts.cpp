@@ -6,7 +6,6 @@
 
 #include "defe_sphere_contacts.h"
 
-#include "defe_joint_laws.h"
 #include "defe_system.h"
 
 #include "atom.h"
@@ -22,7 +21,7 @@
 using namespace LAMMPS_NS;
 using defe::Vec3;
 
-DefeSphereContacts::DefeSphereContacts(DefeSystem &system, const JointLaws &l) :
+DefeSphereContacts::DefeSphereContacts(DefeSystem &system, const defe::JointLaws &l) :
     DefeComponent(system), laws(l)
 {
 }
@@ -115,7 +114,7 @@ bool DefeSphereContacts::joined(int de, int j) const
 
 /* ---------------------------------------------------------------------- */
 
-void DefeSphereContacts::forces(const DefeTally &tally)
+void DefeSphereContacts::forces(const defe::VirialTally &tally)
 {
   std::sort(broken_now.begin(), broken_now.end());
   for (const auto &c : candidates) {
@@ -151,7 +150,7 @@ double DefeSphereContacts::reach_of(const Candidate &c, double rsq) const
 bool DefeSphereContacts::parameters(int i, int j, double reach, defe::ContactParameters &par) const
 {
   const auto &jt = sys.joints;
-  const JointCoeff &coeff = laws.of(atom->type[i], atom->type[j]);
+  const defe::JointCoeff &coeff = laws.of(atom->type[i], atom->type[j]);
   double E = 0.0, nu = 0.2;
   for (int a : {i, j}) {
     const int part = jt.material[jt.of_atom[a]];
@@ -167,7 +166,7 @@ bool DefeSphereContacts::parameters(int i, int j, double reach, defe::ContactPar
   return true;
 }
 
-void DefeSphereContacts::contact(const Candidate &c, const DefeTally &tally)
+void DefeSphereContacts::contact(const Candidate &c, const defe::VirialTally &tally)
 {
   const int i = c.i, j = c.j;
   double **v = atom->v, **omega = atom->omega;
@@ -245,7 +244,7 @@ void DefeSphereContacts::book(int i, int j, double share, const defe::ContactRes
    on (ball_on_patch); one that was just born takes over what the face of its element stored.
 ------------------------------------------------------------------------- */
 
-void DefeSphereContacts::contact_with_ball(int i, int j, const DefeTally &tally)
+void DefeSphereContacts::contact_with_ball(int i, int j, const defe::VirialTally &tally)
 {
   double **x = atom->x;
   double **v = atom->v;
@@ -315,7 +314,7 @@ void DefeSphereContacts::contact_with_ball(int i, int j, const DefeTally &tally)
 defe::ContactParameters DefeSphereContacts::ball_parameters(int i, int j, double kn,
                                                             double damping) const
 {
-  const JointCoeff &coeff = laws.of(atom->type[i], atom->type[j]);
+  const defe::JointCoeff &coeff = laws.of(atom->type[i], atom->type[j]);
   const double nu = laws.poisson(sys.joints.material[sys.joints.of_atom[i]]);
   return {kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), coeff.restitution, coeff.friction,
           coeff.damping_ratio * damping};

@@ -8,39 +8,37 @@
 #define LMP_DEFE_SPHERE_CONTACTS_H
 
 #include "defe_component.h"
-#include "defe_tally.h"
 
 #include "defe/coupling/contact_law.h"
-#include "defe/types.h"
+#include "defe/coupling/force_sums.h"
+#include "defe/coupling/joint_laws.h"
 
 #include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-struct JointCoeff;
-struct JointLaws;
 struct SphereTouch;
 
 /** Contact of DEs that no joint holds, with each other and with other spheres. */
 class DefeSphereContacts : protected DefeComponent {
  public:
-  DefeSphereContacts(DefeSystem &, const JointLaws &);
+  DefeSphereContacts(DefeSystem &, const defe::JointLaws &);
 
   /** The tables have changed since the last search: materials of ghosts are to be sent before the next. */
   bool outdated() const;
   void search();
-  /** A joint broke: its two DEs may touch. distance: see JointSlot::apart. */
+  /** A joint broke: its two DEs may touch. distance: see JointRecord::apart. */
   void add(int i, int j, double distance = 0.0);
-  void forces(const DefeTally &);
+  void forces(const defe::VirialTally &);
   double memory_usage() const;
 
  private:
-  const JointLaws &laws;
+  const defe::JointLaws &laws;
   bigint built = -1;    // tables of the last search
   struct Candidate {
     int i, j;        // i is owned; j too and above i, or a ghost
-    double apart;    // of a broken joint: see JointSlot
+    double apart;    // of a broken joint: see JointRecord
   };
   std::vector<Candidate> candidates;
   std::vector<std::pair<tagint, tagint>> broken_now;    // DEs whose joint broke in this step
@@ -49,9 +47,9 @@ class DefeSphereContacts : protected DefeComponent {
   bool joined(int de, int j) const;
   double reach_of(const Candidate &, double rsq) const;
   bool parameters(int i, int j, double reach, defe::ContactParameters &) const;
-  void contact(const Candidate &, const DefeTally &);
+  void contact(const Candidate &, const defe::VirialTally &);
   void book(int i, int j, double share, const defe::ContactResult &);
-  void contact_with_ball(int i, int j, const DefeTally &);
+  void contact_with_ball(int i, int j, const defe::VirialTally &);
   defe::ContactParameters ball_parameters(int i, int j, double kn, double damping) const;
 
   SphereTouch *find_touch(int i, int j) const;

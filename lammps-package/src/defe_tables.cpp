@@ -162,13 +162,13 @@ void DefeTables::list_des(const std::vector<Draft> &ortho, const std::vector<Dra
   auto &jt = sys.joints;
   const int n = static_cast<int>(ortho.size() + general.size());
   jt.nde = n;
-  jt.north = static_cast<int>(ortho.size());
+  jt.orthogonal = static_cast<int>(ortho.size());
   jt.self.reserve(n);
   for (const auto *list : {&ortho, &general})
     for (const auto &c : *list) {
       jt.of_atom[c.atom] = static_cast<int>(jt.self.size());
       jt.self.push_back(c.atom);
-      jt.rec.push_back(sys.store.de(c.atom));
+      jt.add(sys.store.de(c.atom));
       jt.nb.push_back(c.nb);
       jt.len.push_back(c.len);
       jt.half.push_back(c.half);
@@ -238,48 +238,9 @@ void DefeTables::add_tie(int d, int s)
    strain energy of the corners of one owned DE at the current positions
 ------------------------------------------------------------------------- */
 
-double DefeTables::de_energy(int d, unsigned present, Vec3 *half_force) const
+double DefeTables::de_energy(int d, unsigned present) const
 {
-  const auto &jt = sys.joints;
-  double **x = atom->x;
-  const int i = jt.self[d];
-  Vec3 y[6], hf[6];
-  for (int s = 0; s < 6; s++) {
-    y[s].setZero();
-    if (!(present & (1u << s))) continue;
-    const int nb = jt.nb[d][s];
-    if (nb >= 0) {
-      for (int k = 0; k < 3; k++) y[s][k] = x[nb][k] - x[i][k];
-    } else {
-      const auto &node = jt.tie_node[~nb];
-      for (int k = 0; k < 3; k++) {
-        double p = 0.0;
-        for (int a = 0; a < 4; a++) p += defe::tie_weight[a] * x[node[a]][k];
-        y[s][k] = p - x[i][k];
-      }
-    }
-  }
-  const auto &moduli = sys.model.corner_moduli[jt.material[d]];
-  if (d >= jt.north)
-    return defe::corner_strain_general(jt.cell[d - jt.north], y, present, moduli,
-                                       half_force ? half_force : hf);
-
-  // one orthogonal DE: neighbours as points of its own
-
-  double xs[21];
-  for (int k = 0; k < 3; k++) xs[k] = 0.0;
-  int nb[1][6];
-  double len[1][6], half[1][6], force[1][6][3], energy[1];
-  for (int s = 0; s < 6; s++) {
-    nb[0][s] = s + 1;
-    len[0][s] = jt.len[d][s];
-    half[0][s] = jt.half[d][s];
-    for (int k = 0; k < 3; k++) xs[3 * (s + 1) + k] = y[s][k];
-  }
-  const int self = 0;
-  const auto bits = static_cast<unsigned char>(present);
-  const defe::OrthogonalLattice one{1, &self, nb, &bits, len, half, nullptr};
-  const double sum = defe::corner_strain_orthogonal(one, xs, nullptr, &moduli, force, energy);
-  for (int s = 0; half_force && s < 6; s++) half_force[s] = Vec3(force[0][s]);
-  return sum;
+  Vec3 half_force[6];
+  return sys.joints.corner_energy(d, present, &atom->x[0][0],
+                                  sys.model.corner_moduli[sys.joints.material[d]], half_force);
 }

@@ -31,7 +31,7 @@ class DefeTables : protected DefeComponent {
   const std::vector<double> &outer_length() const { return outer.length; }
 
   /** Strain energy of the corners of DE d with these joints; at the end the force on it by each joint. */
-  double de_energy(int d, unsigned present, defe::Vec3 *half_force = nullptr) const;
+  double de_energy(int d, unsigned present) const;
 
  private:
   bigint built_ = 0;

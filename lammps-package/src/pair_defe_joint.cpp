@@ -3,17 +3,14 @@
    https://www.lammps.org/
    This software is distributed under the GNU General Public License.
 
-   Bonded spheres. The laws are in coupling/; here are the loops and the bookkeeping.
-
-   A joint between two DEs is known to both. The corners of a DE are computed by the rank
-   that owns it; the two halves of a joint's force meet after one forward communication,
-   so that both sides add up the same numbers. Changes of state are decided by the rank
-   that owns the DE with the lower ID, and sent to the other.
+   Bonded spheres. Joints and ties are coupling/joint_states.h; here are the arrays of LAMMPS, the messages
+   between its steps, and what comes of them: events, contacts of spheres, energy and virial.
 ------------------------------------------------------------------------- */
 
 #include "pair_defe_joint.h"
 
-#include "defe_cracks.h"
+#include "defe_crack_host.h"
+#include "defe_joint_coeffs.h"
 #include "defe_restart_file.h"
 #include "defe_sphere_contacts.h"
 #include "defe_system.h"
@@ -28,12 +25,9 @@
 #include "neighbor.h"
 #include "update.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstring>
 
 using namespace LAMMPS_NS;
-using defe::Vec3;
 
 /* ---------------------------------------------------------------------- */
 
@@ -44,7 +38,7 @@ PairDefeJoint::PairDefeJoint(LAMMPS *lmp) : Pair(lmp)
   no_virial_fdotr_compute = 1;
   centroidstressflag = CENTROID_NOTAVAIL;
   finitecutflag = 1;
-  comm_forward = DefeCracks::STRESS_SIZE;    // the most; pair_style hybrid asks at once
+  comm_forward = defe::JointCracks::STRESS_SIZE;    // the most; pair_style hybrid asks at once
 }
 
 PairDefeJoint::~PairDefeJoint()
@@ -108,7 +102,7 @@ void PairDefeJoint::init_style()
   sys = DefeSystem::find(lmp);
   if (!sys) error->all(FLERR, "Pair style defe/* joins the DEs of a fix defe: define one");
   sys->mesh.build();
-  screen_built = -1;    // it may be another fix than before
+  tables_seen = -1;    // it may be another fix than before
   contacts = std::make_unique<DefeSphereContacts>(*sys, laws);
 
   // no neighbour list is requested: nodes are the most of all atoms and would fill it, see
@@ -116,13 +110,29 @@ void PairDefeJoint::init_style()
 
   // elastic constants of each part
 
+  laws.adhesives = sys->model.adhesives;
   laws.moduli = sys->model.corner_moduli;
   laws.young.clear();
   for (const auto &p : sys->model.parts)
     laws.young.push_back(sys->model.material_of(p).elastic().E);
   check_coefficients();
-  note_other_spheres();
-  prepare_cracks();
+  tell_of_other_spheres();
+  make_states();
+}
+
+/* ----------------------------------------------------------------------
+   cracks are followed if any pair of types has a strength without "lattice"
+------------------------------------------------------------------------- */
+
+void PairDefeJoint::make_states()
+{
+  crack_host = std::make_unique<DefeCrackHost>(*sys);
+  states =
+      std::make_unique<defe::JointStates>(sys->joints, laws, sys->ledger, sys->stored, *crack_host);
+  if (states->cracks() && laws.types >= defe::JointCracks::most_types)
+    error->all(FLERR, "Pair style defe/* follows cracks with up to {} atom types, not {}",
+               defe::JointCracks::most_types - 1, laws.types);
+  sys->marks.let_cracks_ask(states->cracks() != nullptr);
 }
 
 double PairDefeJoint::init_one(int i, int j)
@@ -149,316 +159,127 @@ double PairDefeJoint::init_one(int i, int j)
 
 /* ---------------------------------------------------------------------- */
 
-void PairDefeJoint::compute(int eflag, int vflag)
+defe::MovingParticles PairDefeJoint::particles() const
 {
-  ev_init(eflag, vflag);
-  tally.all = vflag_global ? virial : nullptr;
-  tally.each = vflag_atom ? vatom : nullptr;
-  auto &stored = sys->stored;
-  stored = defe::StoredEnergy();
-  if (sys->census.des() > 0) {
-    update_screen();
-    if (laws.with_cohesive) switch_joints();    // of the last step
-    connective_and_ties();
-    if (laws.with_cohesive) {
-      cohesive_forces();
-      criterion();
-    }
-  }
-  if (laws.with_contact) contact_forces();
-  if (eflag_global) eng_vdwl += stored.joints + stored.ties + stored.cohesive + stored.contact;
+  defe::MovingParticles p;
+  p.nlocal = atom->nlocal;
+  p.nall = atom->nlocal + atom->nghost;
+  if (p.nall == 0) return p;
+  p.x = &atom->x[0][0];
+  p.X = sys->store.x_frame(0);
+  p.radius = atom->radius;
+  p.id = atom->tag;
+  p.v = &atom->v[0][0];
+  p.omega = &atom->omega[0][0];
+  p.type = atom->type;
+  return p;
+}
+
+defe::JointView PairDefeJoint::view(int d, int s)
+{
+  states->set_particles(particles());
+  return states->view(6 * d + s);
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PairDefeJoint::connective_and_ties()
+void PairDefeJoint::compute(int eflag, int vflag)
 {
-  if (!laws.with_connective) {
-    without_connective();
-    return;
+  ev_init(eflag, vflag);
+  defe::ForceSums sums{nullptr, nullptr, &sys->sums.rounding(), {}};
+  if (atom->nlocal + atom->nghost > 0) {
+    sums.f = &atom->f[0][0];
+    sums.torque = &atom->torque[0][0];
   }
-  half_forces();
-  comm_mode = HALF_FORCES;
-  comm->forward_comm(this, with_cracks ? 18 + DefeCracks::ENERGY_SIZE : 18);
-  reached.clear();
-  for (int d = 0; d < sys->joints.nde; d++) gather(d);
-  book_newborn();
-}
-
-void PairDefeJoint::without_connective()
-{
-  auto &jt = sys->joints;
-  for (int d = 0; d < jt.nde; d++) {
-    jt.present[d] = 0;
-    for (int s = 0; s < 6; s++)
-      if (jt.rec[d]->slot[s].kind != DefeJoint::NONE)
-        jt.rec[d]->slot[s].state = jt.state[6 * d + s] = DefeJoint::CONTACT;
-    jt.rec[d]->newborn = 0;
-  }
-  jt.newborn.clear();
-}
-
-/* ----------------------------------------------------------------------
-   corners of my DEs
-------------------------------------------------------------------------- */
-
-void PairDefeJoint::half_forces()
-{
-  auto &jt = sys->joints;
-  if (jt.nde == 0) return;
-  const double *x = &atom->x[0][0];
-  defe::tie_points(static_cast<int>(jt.tie_node.size()),
-                   reinterpret_cast<const int(*)[4]>(jt.tie_node.data()), x, jt.tie_point.data());
-  const defe::OrthogonalLattice lattice{jt.north,
-                                        jt.self.data(),
-                                        reinterpret_cast<const int(*)[6]>(jt.nb.data()),
-                                        jt.present.data(),
-                                        reinterpret_cast<const double(*)[6]>(jt.len.data()),
-                                        reinterpret_cast<const double(*)[6]>(jt.half.data()),
-                                        jt.material.data()};
-  defe::corner_half_forces(lattice, jt.nde, jt.cell.data(), x, jt.tie_point.data(),
-                           laws.moduli.data(), sys->model.reproducible,
-                           reinterpret_cast<double(*)[6][3]>(jt.half_force.data()),
-                           jt.energy.data());
-}
-
-/* ----------------------------------------------------------------------
-   both halves of each joint of a DE; ties act on the nodes of the face
-------------------------------------------------------------------------- */
-
-void PairDefeJoint::gather(int d)
-{
-  const auto &jt = sys->joints;
-  double **x = atom->x;
-  double **f = atom->f;
-  const int i = jt.self[d];
-  const auto &grid = sys->sums.force_grid();
-  const auto *half = reinterpret_cast<const double(*)[3]>(jt.half_force[d].data());
-  double fi[3] = {0.0, 0.0, 0.0};
-  int joints = 0, ties = 0;
-  for (int s = 0; s < 6; s++) {
-    if (!(jt.present[d] & (1u << s))) continue;
-    const double *h = half[s];
-    const int nb = jt.nb[d][s];
-    if (nb >= 0) {
-      const int other = jt.partner[d][s];
-      const double *g = &jt.half_force[other / 6][3 * (other % 6)];
-      const double fx = h[0] - g[0], fy = h[1] - g[1], fz = h[2] - g[2];
-      fi[0] += fx;
-      fi[1] += fy;
-      fi[2] += fz;
-      if (fx * fx + fy * fy + fz * fz > screen[d][s]) reached.push_back(6 * d + s);
-      joints++;
-      if (tally.on()) {
-        const double del[3] = {x[i][0] - x[nb][0], x[i][1] - x[nb][1], x[i][2] - x[nb][2]};
-        tally(del, h, i);
-      }
-    } else {
-      const auto &node = jt.tie_node[~nb];
-      for (int k = 0; k < 3; k++) fi[k] += h[k];
-      for (int a = 0; a < 4; a++)
-        for (int k = 0; k < 3; k++)
-          f[node[a]][k] -= sys->sums.on_grid(grid, defe::tie_weight[a] * h[k], node[a]);
-      if (h[0] * h[0] + h[1] * h[1] + h[2] * h[2] > screen[d][s]) reached.push_back(6 * d + s);
-      ties++;
-      if (tally.on()) {
-        const double *p = &jt.tie_point[3 * ~nb];
-        const double del[3] = {x[i][0] - p[0], x[i][1] - p[1], x[i][2] - p[2]};
-        tally(del, h, i);
-      }
-    }
-  }
-  for (int k = 0; k < 3; k++) f[i][k] += sys->sums.on_grid(grid, fi[k], i);
+  sums.tally = {vflag_global ? virial : nullptr, vflag_atom ? vatom : nullptr};
   auto &stored = sys->stored;
-  const double e = jt.energy[d];
-  if (ties) {
-    stored.ties += e * ties / (joints + ties);
-    stored.joints += e * joints / (joints + ties);
+  stored = defe::StoredEnergy();
+  if (sys->census.des() > 0) joint_forces(sums);
+  if (laws.with_contact) contact_forces(sums.tally);
+  if (eflag_global) eng_vdwl += stored.joints + stored.ties + stored.cohesive + stored.contact;
+}
+
+void PairDefeJoint::joint_forces(defe::ForceSums &sums)
+{
+  const bool moving = !update->setupflag;
+  states->begin(particles(), moving ? update->dt : 0.0, moving);
+  update_tables();
+  if (laws.with_cohesive) states->switch_pending();    // of the last step
+  if (laws.with_connective) {
+    states->half_forces(sys->model.reproducible);
+    forward(FORCES, states->forces_size());
+    states->gather(sums);
   } else
-    stored.joints += e;
-}
-
-/* ----------------------------------------------------------------------
-   strain energy of DEs after their conversion, to set against what was there before
-------------------------------------------------------------------------- */
-
-void PairDefeJoint::book_newborn()
-{
-  auto &jt = sys->joints;
-  for (int d : jt.newborn) {
-    sys->ledger.conv_strain -= jt.energy[d];
-    jt.rec[d]->newborn = 0;
+    states->without_connective();
+  for (int d : sys->joints.newborn) sys->joints.rec[d]->newborn = 0;
+  sys->joints.newborn.clear();
+  if (laws.with_cohesive) {
+    states->soften(sums);
+    strength_reached();
   }
-  jt.newborn.clear();
+  report();
 }
 
-/* ----------------------------------------------------------------------
-   square of the joint force below which the criterion need not be looked at;
-   infinite where there is no joint to decide on, or where the other side decides
-------------------------------------------------------------------------- */
-
-void PairDefeJoint::update_screen()
+void PairDefeJoint::strength_reached()
 {
-  if (screen_built == sys->tables.built()) return;
-  screen_built = sys->tables.built();
+  states->find_pending();
+  if (states->cracks() && !update->setupflag) {
+    states->cracks()->mark();
+    forward(CRACK_STRESS, defe::JointCracks::STRESS_SIZE);
+    states->decide_cracks(sys->clock.subcycle().due());
+  }
+  forward(STATES, states->states_size());
+  states->adopt_states();
+}
+
+void PairDefeJoint::update_tables()
+{
+  if (tables_seen == sys->tables.built()) return;
+  tables_seen = sys->tables.built();
   if (update->setupflag && laws.with_cohesive) check_laws();
-  if (with_cracks) update_crack_tables();
-  const auto &jt = sys->joints;
-  const std::array<double, 6> never = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
-  screen.assign(jt.nde, never);
-  mirrored.clear();
-  if (!laws.with_cohesive) return;
-  for (int d = 0; d < jt.nde; d++)
-    for (int s = 0; s < 6; s++) {
-      const int i = jt.self[d], j = jt.nb[d][s];
-      const bool tie = j < 0;
-      const auto *adhesive = tie ? sys->model.adhesive_of(jt.material[d], jt.tie_part[~j])
-                                 : nullptr;
-      if (tie ? !adhesive : jt.partner[d][s] < 0) continue;
-      if (!tie && atom->tag[i] > atom->tag[j]) {
-        if (jt.partner[d][s] >= 6 * jt.nde) mirrored.push_back(6 * d + s);
-        continue;
-      }
-      if (jt.state[6 * d + s] != DefeJoint::CONNECTIVE || (!tie && by_crack(d, s))) continue;
-      const auto &par = tie ? adhesive->law : laws.of(atom->type[i], atom->type[j]).cohesive;
-      double limit = par.sigma_t * jt.area[d][s];
-      if (par.reciprocal && par.beta < 1.0) limit *= par.beta;
-      if (!par.reciprocal && par.beta > 1.0) limit /= par.beta;
-      screen[d][s] = limit * limit * (1.0 - 1.0e-12);
-    }
-}
-
-/* ----------------------------------------------------------------------
-   connective joints that reach the strength become cohesive in the next step
-   here they are only noted: a restart then finds forces that belong to the states
-------------------------------------------------------------------------- */
-
-void PairDefeJoint::criterion()
-{
-  const auto &jt = sys->joints;
-  drop_notes();
-  for (int ds : reached)
-    if (starts(ds / 6, ds % 6)) {
-      note_joint(ds);
-      const int other = jt.partner[ds / 6][ds % 6];
-      if (other >= 0 && other < 6 * jt.nde) note_joint(other);
-    }
-  if (with_cracks) decide_cracks();
-
-  // joints that the rank of the lower ID decides on: take over its state and what it noted
-
-  comm_mode = STATES;
-  comm->forward_comm(this, with_cracks ? 1 + 6 * DefeCracks::MEMORY_SIZE : 1);
-  for (int ds : mirrored) adopt_state(ds, jt.state[jt.partner[ds / 6][ds % 6]]);
-  if (with_cracks) {
-    cracks->end_of_step();
-    for_drops([this](int d, unsigned leaving) {
-      share_out_release(d, leaving);
-    });
+  if (auto *cracks = states->cracks()) {
+    cracks->prepare();
+    forward(CRACK_TABLE, defe::JointCracks::TABLE_SIZE);
+    cracks->resolve();
   }
+  states->new_tables();
 }
 
 /* ----------------------------------------------------------------------
-   f(d, leaving) for each of my DEs with noted joints: which ones they are
+   before a run: what has begun to soften, or is a closed plane, goes on by the law that it began with
 ------------------------------------------------------------------------- */
 
-template <class F> void PairDefeJoint::for_drops(F f)
+void PairDefeJoint::check_laws()
 {
-  auto &jt = sys->joints;
-  std::sort(jt.pending.begin(), jt.pending.end());
-  for (size_t k = 0; k < jt.pending.size();) {
-    const int d = jt.pending[k] / 6;
-    unsigned leaving = 0;
-    for (; k < jt.pending.size() && jt.pending[k] / 6 == d; k++) leaving |= 1u << jt.pending[k] % 6;
-    f(d, leaving);
-  }
+  const auto found = states->of_other_law();
+  bigint mine = found.count, all = 0;
+  int example = found.count ? found.first : MAXSMALLINT, first = MAXSMALLINT;
+  MPI_Allreduce(&mine, &all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (all == 0) return;
+  MPI_Allreduce(&example, &first, 1, MPI_INT, MPI_MIN, world);
+  const int types = first / 2;
+  error->all(FLERR,
+             "Pair_coeff {} {} cohesive: {} joints have cracked {} lattice, and their law cannot "
+             "change: give it {} lattice as before",
+             types / (laws.types + 1), types % (laws.types + 1), all,
+             first % 2 ? "without" : "with", first % 2 ? "without" : "with");
 }
 
 /* ----------------------------------------------------------------------
-   What corners let go when joints leave them. The kicks of velocity Verlet belong to the old law up to half-way
-   between the two steps: it is their energy now, less the work that their forces of now would have done in the second
-   half of the step. For an energy that goes with the square of the stretches that is exact.
+   what joints did in this evaluation
 ------------------------------------------------------------------------- */
 
-double PairDefeJoint::release_of_pending()
+void PairDefeJoint::report()
+{
+  if (states->damaged()) sys->account.note_damage();
+  for (const auto &e : states->events()) record(e);
+  for (const auto &pair : states->broken()) contacts->add(pair.i, pair.j, pair.distance);
+}
+
+void PairDefeJoint::record(const defe::JointEvent &what)
 {
   const auto &jt = sys->joints;
-  double **v = atom->v;
-  double release = 0.0;
-  for_drops([&](int d, unsigned leaving) {
-    Vec3 before[6], after[6];
-    const unsigned present = jt.present[d];
-    const double drop = sys->tables.de_energy(d, present, before) -
-        sys->tables.de_energy(d, present & ~leaving, after);
-    double work = 0.0;
-    for (int s = 0; s < 6; s++) {
-      if (!(present & 1u << s)) continue;
-      const int nb = jt.nb[d][s];
-      Vec3 speed = -Vec3(v[jt.self[d]]);
-      if (nb >= 0)
-        speed += Vec3(v[nb]);
-      else
-        for (int a = 0; a < 4; a++) speed += defe::tie_weight[a] * Vec3(v[jt.tie_node[~nb][a]]);
-      work += update->dt * speed.dot(before[s] - after[s]);
-    }
-    release += drop - 0.5 * work;
-    // a DE beside a conversion of this step: its drop is no loss of the conversion
-    if (jt.rec[d]->newborn) sys->ledger.conv_strain -= drop;
-  });
-  return release;
-}
-
-/* ----------------------------------------------------------------------
-   carry out what the last step noted
-------------------------------------------------------------------------- */
-
-void PairDefeJoint::switch_joints()
-{
-  if (update->setupflag) return;
-  auto &jt = sys->joints;
-  sys->ledger.release += release_of_pending();
-  if (with_cracks) begin_cracks();
-  for (int ds : jt.pending) {
-    const int d = ds / 6, s = ds % 6;
-    JointSlot &slot = jt.rec[d]->slot[s];
-    slot.state = DefeJoint::COHESIVE;
-    slot.pending = 0;
-    jt.state[ds] = DefeJoint::COHESIVE;
-    jt.present[d] = static_cast<unsigned char>(jt.present[d] & ~(1u << s));
-    screen[d][s] = HUGE_VAL;
-    const bool tie = slot.kind == DefeJoint::TIE;
-    if (!tie && atom->tag[jt.self[d]] > slot.other) continue;
-    slot.pending = 2;    // its energy is booked with its first force
-    slot.stored = slot.lost = 0.0;
-    jt.cohesive.push_back(ds);
-    if (!tie) sys->account.note_damage();
-    if (!tie && by_crack(d, s)) continue;    // it is named when its strength is known
-    if (!tie && with_cracks) cracks->cut(ds);
-    event(d, s, tie ? defe::EventKind::ADHESIVE : defe::EventKind::COHESIVE,
-          defe::CohesiveState::unpack(slot.cohesive).s0);
-  }
-  jt.pending.clear();
-}
-
-/* ----------------------------------------------------------------------
-   a joint breaks; its other end too if it is here, else its owner learns it from ours
-------------------------------------------------------------------------- */
-
-void PairDefeJoint::set_broken(int d, int s)
-{
-  auto &jt = sys->joints;
-  for (int ds : {6 * d + s, jt.partner[d][s]}) {
-    if (ds < 0 || ds >= 6 * jt.nde) continue;
-    jt.rec[ds / 6]->slot[ds % 6].state = DefeJoint::CONTACT;
-    jt.state[ds] = DefeJoint::CONTACT;
-  }
-  if (with_cracks && jt.partner[d][s] >= 0) cracks->part(6 * d + s);
-  contacts->add(jt.self[d], jt.nb[d][s]);
-}
-
-void PairDefeJoint::event(int d, int s, defe::EventKind what, double value)
-{
-  auto &jt = sys->joints;
+  const int d = what.joint / 6, s = what.joint % 6;
   const int i = jt.self[d], j = jt.nb[d][s];
   const JointSlot &slot = jt.rec[d]->slot[s];
   const bool tie = slot.kind == DefeJoint::TIE;
@@ -466,21 +287,19 @@ void PairDefeJoint::event(int d, int s, defe::EventKind what, double value)
   defe::Event e;
   e.step = update->ntimestep;
   e.time = sys->clock.now();
-  e.what = what;
+  e.what = what.what;
   e.a = atom->tag[i];
   e.b = slot.other;
-  const JointCrack *crack = !tie && by_crack(d, s) ? cracks->find(6 * d + s) : nullptr;
-  const double f = crack ? crack->law.f : 0.5;
   double len = 0.0;
   for (int k = 0; k < 3; k++) {
-    e.x[k] = tie ? Xi[k] + slot.face[k] : Xi[k] + f * (Xj[k] - Xi[k]);
-    e.n[k] = crack ? crack->law.m[k] : tie ? slot.normal[k] : Xj[k] - Xi[k];
+    e.x[k] = tie ? Xi[k] + slot.face[k] : Xi[k] + what.f * (Xj[k] - Xi[k]);
+    e.n[k] = what.has_plane ? what.m[k] : tie ? slot.normal[k] : Xj[k] - Xi[k];
     len += e.n[k] * e.n[k];
   }
   for (double &n : e.n) n /= std::sqrt(len);
   const double frame[3] = {e.x[0], e.x[1], e.x[2]};
   domain->unmap(frame, atom->image[i], e.x);    // reference positions are never wrapped
-  e.value = value;
+  e.value = what.value;
   sys->events.record(e);
 }
 
@@ -488,13 +307,12 @@ void PairDefeJoint::event(int d, int s, defe::EventKind what, double value)
    spheres that no joint holds
 ------------------------------------------------------------------------- */
 
-void PairDefeJoint::contact_forces()
+void PairDefeJoint::contact_forces(const defe::VirialTally &tally)
 {
   if (contacts->outdated()) {
     if (sys->census.des() > 0) {
       sys->joints.material.resize(sys->joints.nall);    // those of ghosts come from their owners
-      comm_mode = PARTS;
-      comm->forward_comm(this, 1);
+      forward(PARTS, 1);
     }
     contacts->search();
   }
@@ -503,25 +321,29 @@ void PairDefeJoint::contact_forces()
 
 /* ---------------------------------------------------------------------- */
 
+void PairDefeJoint::forward(decltype(message) what, int size)
+{
+  message = what;
+  comm->forward_comm(this, size);
+}
+
 int PairDefeJoint::pack_forward_comm(int n, int *list, double *buf, int, int *)
 {
   if (n == 0) return 0;    // tiled ranks send empty messages, too
-  if (comm_mode == CRACK_STRESS) return cracks->pack_stress(n, list, buf);
+  if (message == CRACK_STRESS) return states->cracks()->pack_stress(n, list, buf);
   const auto &jt = sys->joints;
   int m = 0;
   for (int k = 0; k < n; k++) {
     const int d = jt.of_atom[list[k]];
     if (d < 0) continue;
-    if (comm_mode == HALF_FORCES) {
-      memcpy(&buf[m], jt.half_force[d].data(), 18 * sizeof(double));
-      m += 18;
-      if (with_cracks) m += cracks->pack_energy(d, &buf[m]);
-    } else if (comm_mode == PARTS)
+    if (message == FORCES)
+      m += states->pack_forces(d, &buf[m]);
+    else if (message == PARTS)
       buf[m++] = jt.material[d];
-    else if (comm_mode == CRACK_TABLE)
-      m += cracks->pack_table(d, &buf[m]);
+    else if (message == CRACK_TABLE)
+      m += states->cracks()->pack_table(d, &buf[m]);
     else
-      m += pack_state(d, &buf[m]);
+      m += states->pack_states(d, &buf[m]);
   }
   return m;
 }
@@ -529,8 +351,8 @@ int PairDefeJoint::pack_forward_comm(int n, int *list, double *buf, int, int *)
 void PairDefeJoint::unpack_forward_comm(int n, int first, double *buf)
 {
   if (n == 0) return;
-  if (comm_mode == CRACK_STRESS) {
-    cracks->unpack_stress(first, buf);
+  if (message == CRACK_STRESS) {
+    states->cracks()->unpack_stress(first, buf);
     return;
   }
   auto &jt = sys->joints;
@@ -538,16 +360,14 @@ void PairDefeJoint::unpack_forward_comm(int n, int first, double *buf)
   for (int i = first; i < first + n; i++) {
     const int d = jt.of_atom[i];
     if (d < 0) continue;
-    if (comm_mode == HALF_FORCES) {
-      memcpy(jt.half_force[d].data(), &buf[m], 18 * sizeof(double));
-      m += 18;
-      if (with_cracks) m += cracks->unpack_energy(d, &buf[m]);
-    } else if (comm_mode == PARTS)
+    if (message == FORCES)
+      m += states->unpack_forces(d, &buf[m]);
+    else if (message == PARTS)
       jt.material[d] = static_cast<unsigned char>(buf[m++]);
-    else if (comm_mode == CRACK_TABLE)
-      m += cracks->unpack_table(d, &buf[m]);
+    else if (message == CRACK_TABLE)
+      m += states->cracks()->unpack_table(d, &buf[m]);
     else
-      m += unpack_state(d, &buf[m]);
+      m += states->unpack_states(d, &buf[m]);
   }
 }
 
@@ -558,7 +378,7 @@ void PairDefeJoint::write_restart(FILE *fp)
   write_restart_settings(fp);
   const int n = laws.types;
   fwrite(&n, sizeof(int), 1, fp);
-  fwrite(laws.coeffs.data(), sizeof(JointCoeff), laws.coeffs.size(), fp);
+  fwrite(laws.coeffs.data(), sizeof(defe::JointCoeff), laws.coeffs.size(), fp);
 }
 
 void PairDefeJoint::read_restart(FILE *fp)
@@ -572,10 +392,10 @@ void PairDefeJoint::read_restart(FILE *fp)
     error->all(FLERR, "Pair style defe/* in the restart file has {} atom types, not {}", n,
                laws.types);
   if (comm->me == 0)
-    utils::sfread(FLERR, laws.coeffs.data(), sizeof(JointCoeff), laws.coeffs.size(), fp, nullptr,
-                  error);
-  MPI_Bcast(laws.coeffs.data(), static_cast<int>(laws.coeffs.size() * sizeof(JointCoeff)), MPI_BYTE,
-            0, world);
+    utils::sfread(FLERR, laws.coeffs.data(), sizeof(defe::JointCoeff), laws.coeffs.size(), fp,
+                  nullptr, error);
+  MPI_Bcast(laws.coeffs.data(), static_cast<int>(laws.coeffs.size() * sizeof(defe::JointCoeff)),
+            MPI_BYTE, 0, world);
 }
 
 /* ----------------------------------------------------------------------
@@ -595,6 +415,6 @@ void PairDefeJoint::read_restart_settings(FILE *fp)
 
 double PairDefeJoint::memory_usage()
 {
-  return (contacts ? contacts->memory_usage() : 0.0) + (cracks ? cracks->memory_usage() : 0.0) +
+  return (contacts ? contacts->memory_usage() : 0.0) + (states ? states->memory_usage() : 0.0) +
       Pair::memory_usage();
 }

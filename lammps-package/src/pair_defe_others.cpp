@@ -44,7 +44,7 @@ void PairDefeJoint::map_types()
 {
   const size_t n = laws.types + 1;
   auto *hybrid = dynamic_cast<PairHybrid *>(force->pair);
-  laws.acting.assign(n * n, hybrid ? 0 : JointLaws::OURS);
+  laws.acting.assign(n * n, hybrid ? 0 : defe::JointLaws::OURS);
   if (!hybrid) return;
 
   // pair_match() with a number returns an only match whatever the number
@@ -65,7 +65,8 @@ void PairDefeJoint::map_types()
       }
       char who = 0;
       for (int k = 0; k < HybridMap::count(hybrid, a, b); k++)
-        who |= HybridMap::style(hybrid, a, b, k) == this ? JointLaws::OURS : JointLaws::OTHERS;
+        who |= HybridMap::style(hybrid, a, b, k) == this ? defe::JointLaws::OURS
+                                                         : defe::JointLaws::OTHERS;
       laws.acting[i * n + j] = laws.acting[j * n + i] = who;
     }
 }
@@ -95,7 +96,7 @@ void PairDefeJoint::check_coefficients()
       if (part_of[t] < 0) part_of[t] = p;
       const auto &part = sys->model.parts[p];
       const auto &m = sys->model.material_of(part);
-      const JointCoeff &c = laws.of(t, t);
+      const defe::JointCoeff &c = laws.of(t, t);
       const std::string who = t == part.type
           ? fmt::format("DEs of part {} have type {}", part.name, t)
           : fmt::format("DEs of part {} were given type {}, theirs is {}", part.name, t, part.type);
@@ -133,7 +134,7 @@ void PairDefeJoint::check_coefficients()
   for (int t = 1; t < n; t++)
     for (int u = t + 1; u < n; u++) {
       if (part_of[t] < 0 || part_of[u] < 0) continue;
-      const JointCoeff &c = laws.of(t, u);
+      const defe::JointCoeff &c = laws.of(t, u);
       const bool missing = (laws.with_cohesive && !c.has_cohesive) ||
           (laws.with_contact && !c.has_contact);
       if (laws.acts_on(t, u) && !missing) continue;
@@ -155,15 +156,15 @@ void PairDefeJoint::check_coefficients()
    hardly what is wanted
 ------------------------------------------------------------------------- */
 
-void PairDefeJoint::note_other_spheres()
+void PairDefeJoint::tell_of_other_spheres()
 {
-  if (others_noted || force->pair != this) return;
+  if (told_of_others || force->pair != this) return;
   bigint mine = 0, all = 0;
   for (int i = 0; i < atom->nlocal; i++)
     if (atom->radius[i] > 0.0 && !sys->store.de(i)) mine++;
   MPI_Allreduce(&mine, &all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (all < 2) return;
-  others_noted = true;
+  told_of_others = true;
   if (comm->me == 0)
     utils::logmesg(lmp,
                    "{} spheres that are no DEs pass through each other: let a style of their own "
@@ -181,7 +182,8 @@ double PairDefeJoint::largest_met_by_others(int i) const
   const size_t n = laws.types + 1;
   double mine = 0.0, all = 0.0;
   for (int k = 0; k < atom->nlocal; k++)
-    if (laws.acting[i * n + atom->type[k]] & JointLaws::OTHERS) mine = MAX(mine, atom->radius[k]);
+    if (laws.acting[i * n + atom->type[k]] & defe::JointLaws::OTHERS)
+      mine = MAX(mine, atom->radius[k]);
   MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_MAX, world);
   return all;
 }

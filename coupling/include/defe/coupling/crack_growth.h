@@ -187,7 +187,7 @@ class CrackGrowth {
   void nuclei(const CrackLattice &, std::vector<CrackStart> &) const;
 };
 
-// In a step (lammps-package/src/defe_cracks.h, called by pair_defe_cracks.cpp):
+// In a step (joint_cracks.h, called by joint_states.h):
 //   1. Joints that the last step started leave the corners at both ends (states, present); add_crack() for
 //      each, on every rank that knows both of its DEs.
 //   2. Corner kernel. With the 18 numbers of half forces go the energy of each DE and, of DEs that have lost

@@ -4,6 +4,8 @@
 /// \file
 /// The particles of a rank as the caller has them: a view, nothing is copied.
 
+#include "defe/types.h"
+
 #include <cstddef>
 #include <cstdint>
 
@@ -32,6 +34,16 @@ struct Particles {
 
   const double *at(int i) const { return x + 3 * static_cast<std::ptrdiff_t>(i); }
   const double *reference(int i) const { return X + 3 * static_cast<std::ptrdiff_t>(i); }
+};
+
+/// The same with what joints and contacts of spheres need of their motion.
+struct MovingParticles : Particles {
+  const double *v = nullptr, *omega = nullptr;    ///< three numbers each
+  const int *type = nullptr;
+
+  Vec3 position(int i) const { return Vec3(at(i)); }
+  Vec3 velocity(int i) const { return Vec3(v + 3 * static_cast<std::ptrdiff_t>(i)); }
+  Vec3 spin(int i) const { return Vec3(omega + 3 * static_cast<std::ptrdiff_t>(i)); }
 };
 
 }    // namespace defe

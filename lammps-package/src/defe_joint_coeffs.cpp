@@ -4,49 +4,17 @@
    This software is distributed under the GNU General Public License.
 ------------------------------------------------------------------------- */
 
-#include "defe_joint_laws.h"
+#include "defe_joint_coeffs.h"
 
 #include "atom.h"
 #include "error.h"
 
-#include "defe/coupling/checksum.h"
 #include "defe/coupling/contact_law.h"
 
 #include <cstring>
 #include <stdexcept>
 
 using namespace LAMMPS_NS;
-
-void JointLaws::set_types(int n)
-{
-  types = n;
-  coeffs.assign(static_cast<size_t>(n + 1) * (n + 1), JointCoeff());
-}
-
-uint64_t JointLaws::checksum() const
-{
-  defe::Checksum sum;
-  for (const auto &c : coeffs) {
-    const auto &law = c.cohesive;
-    const double numbers[] = {c.E,
-                              c.nu,
-                              law.sigma_t,
-                              law.G_f,
-                              law.beta,
-                              c.nuclei.overstrength,
-                              c.nuclei.scatter,
-                              c.restitution,
-                              c.friction,
-                              c.damping_ratio};
-    const char flags[] = {c.has_connective, c.has_cohesive, c.has_contact, law.reciprocal,
-                          c.lattice};
-    sum.add(numbers, sizeof(numbers));
-    sum.add(flags, sizeof(flags));
-  }
-  return sum.value();
-}
-
-/* ---------------------------------------------------------------------- */
 
 JointCoeffReader::JointCoeffReader(LAMMPS *lmp, int n, char **words) :
     Pointers(lmp), narg(n), arg(words)
@@ -63,10 +31,10 @@ double JointCoeffReader::number(int k)
   return utils::numeric(FLERR, arg[iarg + k], false, lmp);
 }
 
-void JointCoeffReader::read(JointLaws &laws)
+void JointCoeffReader::read(defe::JointLaws &laws)
 {
   find_types();
-  JointCoeff c;
+  defe::JointCoeff c;
   while (iarg < narg) {
     const std::string key = arg[iarg];
     if (key == "connective") {
@@ -90,7 +58,7 @@ void JointCoeffReader::read(JointLaws &laws)
   assign(laws, c);
 }
 
-void JointCoeffReader::read_connective(JointCoeff &c)
+void JointCoeffReader::read_connective(defe::JointCoeff &c)
 {
   c.has_connective = true;
   if (strcmp(arg[iarg + 1], "material") == 0) {
@@ -106,7 +74,7 @@ void JointCoeffReader::read_connective(JointCoeff &c)
   iarg += 3;
 }
 
-void JointCoeffReader::read_cohesive(JointCoeff &c)
+void JointCoeffReader::read_cohesive(defe::JointCoeff &c)
 {
   c.has_cohesive = true;
   c.cohesive.sigma_t = number(1);
@@ -124,7 +92,7 @@ void JointCoeffReader::read_cohesive(JointCoeff &c)
    what may follow the numbers of "cohesive"
 ------------------------------------------------------------------------- */
 
-void JointCoeffReader::read_words(JointCoeff &c)
+void JointCoeffReader::read_words(defe::JointCoeff &c)
 {
   std::string of_nuclei;
   for (; iarg < narg; iarg++) {
@@ -159,7 +127,7 @@ void JointCoeffReader::read_words(JointCoeff &c)
                of_nuclei);
 }
 
-void JointCoeffReader::read_contact(JointCoeff &c)
+void JointCoeffReader::read_contact(defe::JointCoeff &c)
 {
   c.has_contact = true;
   c.restitution = number(1);
@@ -182,7 +150,7 @@ void JointCoeffReader::find_types()
   }
 }
 
-void JointCoeffReader::assign(JointLaws &laws, const JointCoeff &c) const
+void JointCoeffReader::assign(defe::JointLaws &laws, const defe::JointCoeff &c) const
 {
   int count = 0;
   for (int i = ilo; i <= ihi; i++)

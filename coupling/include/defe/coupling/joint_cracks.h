@@ -1,0 +1,190 @@
+#ifndef DEFE_COUPLING_JOINT_CRACKS_H
+#define DEFE_COUPLING_JOINT_CRACKS_H
+
+/// \file
+/// Cracks among the joints of a rank: the law is crack_growth.h and crack_softening.h, here are its tables of the DEs of
+/// this rank and of ghosts, and what goes in messages. A joint is decided upon, and computed, by the rank of its DE
+/// of the lower ID; others hear of it with the states of joints. Called in the order that stands at the end of
+/// crack_growth.h.
+
+#include "defe/coupling/crack_growth.h"
+#include "defe/coupling/crack_softening.h"
+#include "defe/coupling/joint_table.h"
+#include "defe/coupling/particles.h"
+
+#include <array>
+#include <unordered_map>
+#include <vector>
+
+namespace defe {
+
+/// What cracks ask of a DE of this rank beyond the table of joints.
+struct CrackDE {
+  int corner, part;
+  double volume;
+  Vec3 place;               ///< reference position, never wrapped
+  std::int64_t other[6];    ///< IDs of the other ends of joints and ties
+};
+
+/// Who keeps the records of DEs, and finds particles by their IDs.
+class CrackHost {
+ public:
+  virtual CrackDE describe(int de) const = 0;
+  /// Cracks of an owned DE, null: it has none; and the same, made if there are none.
+  virtual std::vector<JointCrack> *find_cracks(int de) const = 0;
+  virtual std::vector<JointCrack> &cracks_of(int de) = 0;
+  /// The particle with this ID, of its images the one nearest to the DE; < 0: it is not here.
+  virtual int nearest(int de, std::int64_t id) const = 0;
+  /// Half of the periods of the box; infinite where it is not periodic.
+  virtual Vec3 half_periods() const = 0;
+
+ protected:
+  ~CrackHost() = default;
+};
+
+class JointCracks {
+ public:
+  /// All of them stay; `particles` are those of the current evaluation.
+  JointCracks(JointTable &, const MovingParticles &particles, CrackHost &);
+
+  /// Strength of joints between DEs of two types, [types][types]; infinite where another law has them.
+  void set_strengths(int types, std::vector<double> sigma_t, std::vector<CrackNuclei>,
+                     const std::vector<CornerModuli> &);
+  bool on() const { return types > 0; }
+  static constexpr int most_types = 256;
+
+  // ---- with new tables: prepare(), a message of up to TABLE_SIZE per DE, resolve() ----
+
+  static constexpr int TABLE_SIZE = 3 + 6 + 6 * 4;
+  void prepare();
+  int pack_table(int d, double *buf) const;
+  int unpack_table(int d, const double *buf);
+  void resolve();
+
+  // ---- a step ----
+
+  /// Pending joints leave their corners: cut from now on.
+  void cut_pending();
+
+  /// Beside the half forces of a DE: its energy, and what its corners let go. Up to ENERGY_SIZE.
+  static constexpr int ENERGY_SIZE = 7;
+  int pack_energy(int d, double *buf) const;
+  int unpack_energy(int d, const double *buf);
+  void set_shares(int d, const std::array<double, 6> &share) { shares[d] = share; }
+
+  /// A joint whose lower end is mine takes over what the corners let go; its traction then.
+  double take_over(int joint, const CohesiveParameters &);
+  void end_take_over() { shares.clear(); }
+  /// Before the joints of an evaluation are computed.
+  void forget_ends();
+
+  /// JointRecord::plane of a broken joint that has just been computed.
+  signed char resting(int joint, const CrackJoint &, double dt) const;
+  /// Whether the plane of a broken joint is open for this step, by what resting() has found before.
+  static bool rests(signed char &plane, double dt);
+  /// \param friction  of a broken plane; \param dt  0 before a run
+  CrackForces advance(int joint, CrackJoint &, const CohesiveParameters &, double friction,
+                      double dt);
+  /// The same for output: nothing changes.
+  CrackForces look(int joint, const CohesiveParameters &, CrackJoint &) const;
+  const std::array<int, 6> &partners(int d) const { return partner[d]; }
+  int other_end(int joint) const { return partner[joint / 6][joint % 6]; }
+  /// One of the other law softens from the end of this step on.
+  void cut(int joint) { cutting.push_back(joint); }
+  /// Its two DEs are for the contact of spheres from the end of this step on.
+  void part(int joint) { parting.push_back(joint); }
+
+  /// DEs whose stresses decide, then a message of up to STRESS_SIZE per DE, then decide().
+  static constexpr int STRESS_SIZE = 2 + CrackStress::size;
+  void mark();
+  int pack_stress(int n, const int *list, double *buf) const;
+  void unpack_stress(int first, const double *buf);
+  void decide();
+  /// Joints that were decided upon and start: they are pending.
+  const std::vector<int> &starts() const { return started; }
+  const std::vector<int> &entered() const { return growth.entered(); }
+
+  /// With the state of a joint that starts, at its lower end: false if it does not.
+  static constexpr int MEMORY_SIZE = 4;
+  bool pack_memory(int joint, double *buf) const;
+  void unpack_memory(int joint, const double *buf);
+  /// Forget pending joints; keep one that was.
+  void forget_pending();
+  void keep_pending(int joint);
+  /// All ranks know the states: joints that have come apart leave the lattice.
+  void end_of_step();
+
+  /// Energy that the corners of DE d let go if joints leave them, and each one's share of it.
+  double release(int d, unsigned leaving, double share[6]) const;
+  JointCrack *find(int joint) const;
+  void forget(int joint);
+
+  double memory_usage() const;
+
+ private:
+  JointTable &jt;
+  const MovingParticles &particles;
+  CrackHost &host;
+  int types = 0;
+  std::vector<double> sigma_t;
+  std::vector<CrackNuclei> nuclei;
+  double least_strength = 0.0;
+  std::vector<CornerModuli> moduli;    // per part
+
+  std::vector<std::int64_t> id;
+  std::vector<std::array<double, 3>> X;
+  std::vector<std::array<int, 6>> partner;
+  std::vector<std::array<std::int64_t, 6>> other;      // ID of the other DE, 0: none
+  std::vector<std::array<signed char, 6>> its_slot;    // of the joint, at the other DE
+  std::vector<unsigned char> corner, state, ties, type;
+  std::vector<double> quiet;
+  std::vector<std::uint64_t> key;
+  CrackLattice lattice() const;
+
+  CrackGrowth growth;
+  std::vector<CrackStart> decisions;
+  std::vector<int> started;
+  std::unordered_map<int, CrackMemory> cuts;    // while tables are made: of lower ends
+  struct Cut {
+    int joint;
+    CrackMemory memory;
+  };
+  std::vector<Cut> coming;     // pending: joints that are cut in the next step
+  std::vector<int> cutting;    // of the other law, softening from the end of this step on
+  std::vector<int> parting;    // joints that leave the lattice at the end of this step
+  // by DE or lower end, own and of ghosts, which may be on their way to a third rank
+  std::unordered_map<int, std::array<double, 6>> shares;
+  std::unordered_map<int, CrackStress> foreign;
+  std::unordered_map<int, CrackMemory> memories;
+  void remember(int joint, const CrackMemory &);
+
+  struct End {
+    Vec3 dX[6], y[6];
+  };
+  // of the DEs of joints that have been computed in this evaluation
+  struct KnownEnd {
+    End vectors;
+    DERotation turn;
+    unsigned present;
+  };
+  std::vector<int> known_place;    // by DE; -1: not yet
+  std::vector<int> known_des;
+  std::vector<KnownEnd> known;
+  void know(int d);
+  CrackEnd known_end(int d) const;
+
+  std::vector<CrackBox> boxes;    // of DEs that are marked, see mark()
+  std::vector<CrackStress> box_stress;
+  std::vector<int> boxed;
+  double budget(int joint) const;    // what both ends let go for it
+  CrackEnd end(int d, End &) const;
+  GeneralCell cell(int d) const;
+  Mat3 axes(int d) const;
+  void arms(int d, Vec3 y[6]) const;
+  CrackGeometry geometry(int joint) const;
+  void find_partners_of_ghosts();
+};
+
+}    // namespace defe
+
+#endif

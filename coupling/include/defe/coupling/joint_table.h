@@ -1,0 +1,116 @@
+#ifndef DEFE_COUPLING_JOINT_TABLE_H
+#define DEFE_COUPLING_JOINT_TABLE_H
+
+/// \file
+/// Joints and ties of the DEs of a rank: what each of them keeps, and the table of local indices, which is made anew with
+/// the neighbour lists.
+
+#include "defe/coupling/corner_strain.h"
+#include "defe/coupling/crack_softening.h"
+#include "defe/coupling/particles.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace defe {
+
+namespace joint {
+  enum Kind : signed char { NONE = 0, DE = 1, TIE = 2 };
+  enum State : signed char { CONNECTIVE = 0, COHESIVE = 1, CONTACT = 2 };
+  /// In JointTable::state only: CONTACT, and the plane of the crack still takes it, see JointRecord::plane
+  constexpr signed char PLANE = 3;
+}    // namespace joint
+
+/// One of the six joint slots of a DE, but for the IDs of its other end. Slot 2*a (2*a+1) looks along the negative
+/// (positive) natural axis a of its element. Plain data, in restart files.
+struct JointRecord {
+  double area;           ///< reference area of the joint
+  double face[3];        ///< reference vector from the DE to the middle of the quarter face
+  double normal[3];      ///< reference unit normal of the quarter face, pointing out of the DE
+  double cohesive[6];    ///< CohesiveState: e_n, e_s[3], s0, kappa
+  double length0;        ///< joint length at which e_n vanishes
+  double apart;    ///< > 0: of a broken joint, distance below which the two DEs are in contact
+  /// COHESIVE: stored energy, dissipated so far (J), kept by the lower ID; stored of a pending joint (1) that a
+  /// crack cuts: what this end's corners would have let go
+  double stored, lost;
+  signed char kind, state;
+  signed char partner;    ///< slot of the joint on the other DE (also of the one a TIE becomes)
+  signed char corner;     ///< corner of the other element at the common node
+  signed char pending;    ///< 1: becomes cohesive in the next step, 2: did so in this one
+  signed char part;       ///< TIE: part of the element
+  /// CONTACT: > 0 while the two are pressed along the plane of their crack; at the lower end 1 + the evaluations in
+  /// which it need not be looked at
+  signed char plane;
+  signed char asks;    ///< TIE: 1: a crack wants to go on in the element, which is to convert
+};
+
+/// What a joint that a crack cuts by its own plane remembers; kept by the DE of the lower ID. Plain data.
+struct JointCrack {
+  int slot, pad;
+  CrackJoint law;
+};
+
+/// Indices of the DEs of a rank and of its ghosts, and of their joints and ties. A joint is 6 * DE + slot.
+struct JointTable {
+  int nde = 0;                                ///< owned DEs
+  int orthogonal = 0;                         ///< of these, the first ones have orthogonal cells
+  int nall = 0;                               ///< owned and ghost DEs
+  std::vector<int> self;                      ///< particle of a DE
+  std::vector<int> of_atom;                   ///< DE of a particle, -1 = none
+  std::vector<std::array<int, 6>> nb;         ///< particle, or ~(index of tie point)
+  std::vector<std::array<int, 6>> partner;    ///< joint at the other DE, -1 = none
+  std::vector<unsigned char> present;         ///< bit per slot: acts in the corner strains
+  std::vector<std::array<double, 6>> len, half;
+  std::vector<unsigned char> material;
+  std::vector<GeneralCell> cell;    ///< of the DEs from `orthogonal` on
+  std::vector<std::array<double, 18>> half_force;
+  std::vector<double> energy;
+  std::vector<unsigned char> state;    ///< 6 per DE, owned and ghost
+  std::vector<std::array<double, 6>> area;
+  std::vector<std::array<int, 4>> tie_node;    ///< per tie, as the next three
+  std::vector<std::int64_t> tie_element;
+  std::vector<signed char> tie_part;
+  std::vector<double> tie_point;
+  struct Apart {
+    int de;
+    std::int64_t other;
+    double distance;
+  };
+  std::vector<Apart> apart;     ///< JointRecord::apart, where there is one; by DE
+  std::vector<int> pending;     ///< joints and ties that switch in the next step
+  std::vector<int> newborn;     ///< DEs whose first force evaluation is to come
+  std::vector<int> cohesive;    ///< softening joints and ties that this rank computes
+  std::vector<int> debonded;    ///< ties that broke in this step
+  std::vector<int> asking;      ///< ties with JointRecord::asks
+
+  /// Records of an owned DE: the caller's, `stride` bytes from one slot to the next.
+  void add_records(JointRecord *first, std::size_t stride)
+  {
+    slots.push_back(reinterpret_cast<char *>(first));
+    slot_stride = stride;
+  }
+  JointRecord &record(int d, int s) const
+  {
+    return *reinterpret_cast<JointRecord *>(slots[d] + s * slot_stride);
+  }
+  JointRecord &record(int joint) const { return record(joint / 6, joint % 6); }
+
+  double distance_apart(int d, std::int64_t other) const;
+  /// A DE has no contact with an element that it is tied to.
+  bool tied(int atom, std::int64_t element) const;
+  void clear();
+
+  /// Strain energy of the corners of an owned DE with these joints, at positions x, and their half forces.
+  double corner_energy(int d, unsigned present, const double *x, const CornerModuli &,
+                       Vec3 half_force[6]) const;
+
+ private:
+  std::vector<char *> slots;
+  std::size_t slot_stride = sizeof(JointRecord);
+};
+
+}    // namespace defe
+
+#endif

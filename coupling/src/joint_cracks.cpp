@@ -1,0 +1,613 @@
+#include "defe/coupling/joint_cracks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace defe {
+
+namespace {
+
+  // of a slot in the first number of a DE's table
+  constexpr int SLOT_BITS = 6;
+  enum : int64_t { JOINED = 1, CUT = 2, REMEMBERED = 4 };
+
+  double as_double(std::int64_t bits)
+  {
+    double d;
+    std::memcpy(&d, &bits, sizeof(d));
+    return d;
+  }
+
+  std::int64_t as_integer(double d)
+  {
+    std::int64_t bits;
+    std::memcpy(&bits, &d, sizeof(bits));
+    return bits;
+  }
+
+  void pack(const CrackMemory &memory, double *buf)
+  {
+    for (int k = 0; k < 3; ++k) buf[k] = memory.m[k];
+    buf[3] = memory.f;
+  }
+
+  CrackMemory unpack(const double *buf)
+  {
+    return {{buf[0], buf[1], buf[2]}, buf[3]};
+  }
+
+  CrackMemory memory_of(const CrackJoint &law)
+  {
+    return {{law.m[0], law.m[1], law.m[2]}, law.f};
+  }
+
+}    // namespace
+
+JointCracks::JointCracks(JointTable &table, const MovingParticles &p, CrackHost &h) :
+    jt(table), particles(p), host(h)
+{
+}
+
+void JointCracks::set_strengths(int n, std::vector<double> strength,
+                                std::vector<CrackNuclei> of_nuclei,
+                                const std::vector<CornerModuli> &of_parts)
+{
+  sigma_t = std::move(strength);
+  nuclei = std::move(of_nuclei);
+  moduli = of_parts;
+  least_strength = *std::min_element(sigma_t.begin(), sigma_t.end());
+  types = std::isfinite(least_strength) ? n : 0;
+}
+
+CrackLattice JointCracks::lattice() const
+{
+  return {jt.nde,
+          jt.nall,
+          id.data(),
+          reinterpret_cast<const double(*)[3]>(X.data()),
+          reinterpret_cast<const int(*)[6]>(partner.data()),
+          corner.data(),
+          state.data(),
+          ties.data(),
+          key.data()};
+}
+
+// new tables: this rank's part
+
+void JointCracks::prepare()
+{
+  const int n = jt.nde, nall = jt.nall;
+  id.resize(nall);
+  X.resize(nall);
+  type.resize(nall);
+  for (int d = 0; d < nall; ++d) {
+    const int i = jt.self[d];
+    id[d] = particles.id[i];
+    type[d] = static_cast<unsigned char>(particles.type[i]);
+    for (int k = 0; k < 3; ++k) X[d][k] = particles.reference(i)[k];
+  }
+  partner.assign(nall, {-1, -1, -1, -1, -1, -1});
+  other.assign(nall, {0, 0, 0, 0, 0, 0});
+  its_slot.resize(nall);
+  corner.assign(nall, 0);
+  ties.assign(nall, 0);
+  state.assign(6 * static_cast<size_t>(nall), CrackLattice::INTACT);
+  quiet.assign(nall, HUGE_VAL);
+  key.assign(nall, 0);
+  cuts.clear();
+  for (int d = 0; d < n; ++d) {
+    const CrackDE r = host.describe(d);
+    corner[d] = static_cast<unsigned char>(r.corner);
+    key[d] = crack_place_key(r.place, std::cbrt(r.volume));
+    const double least = d < jt.orthogonal ? 0.5 * r.volume
+                                           : crack_least_volume(jt.cell[d - jt.orthogonal]);
+    quiet[d] = crack_quiet_energy(least, moduli[r.part], least_strength, CrackGrowth::quiet_share);
+    for (int s = 0; s < 6; ++s) {
+      const JointRecord &slot = jt.record(d, s);
+      if (slot.kind == joint::TIE && slot.state == joint::CONNECTIVE && slot.part == r.part)
+        ties[d] = static_cast<unsigned char>(ties[d] | 1u << s);
+      if (slot.kind != joint::DE || jt.partner[d][s] < 0) continue;
+      other[d][s] = r.other[s];
+      its_slot[d][s] = slot.partner;
+      if (jt.state[6 * d + s] != joint::CONNECTIVE) state[6 * d + s] = CrackLattice::SOFTENING;
+      if (const JointCrack *c = find(6 * d + s)) cuts[6 * d + s] = memory_of(c->law);
+    }
+  }
+}
+
+int JointCracks::pack_table(int d, double *buf) const
+{
+  int64_t bits = corner[d];
+  int m = 3;
+  buf[1] = quiet[d];
+  memcpy(&buf[2], &key[d], sizeof(double));
+  for (int s = 0; s < 6; ++s) {
+    if (!other[d][s]) continue;
+    int64_t b = JOINED | static_cast<int64_t>(its_slot[d][s]) << 3;
+    if (state[6 * d + s]) b |= CUT;
+    buf[m++] = as_double(other[d][s]);
+    const auto cut = cuts.find(6 * d + s);
+    if (cut != cuts.end()) {
+      b |= REMEMBERED;
+      pack(cut->second, &buf[m]);
+      m += 4;
+    }
+    bits |= b << (3 + SLOT_BITS * s);
+  }
+  buf[0] = as_double(bits);
+  return m;
+}
+
+int JointCracks::unpack_table(int d, const double *buf)
+{
+  const auto bits = as_integer(buf[0]);
+  corner[d] = static_cast<unsigned char>(bits & 7);
+  quiet[d] = buf[1];
+  memcpy(&key[d], &buf[2], sizeof(double));
+  int m = 3;
+  for (int s = 0; s < 6; ++s) {
+    const int64_t b = bits >> (3 + SLOT_BITS * s) & ((1 << SLOT_BITS) - 1);
+    if (!(b & JOINED)) continue;
+    other[d][s] = as_integer(buf[m++]);
+    its_slot[d][s] = static_cast<signed char>(b >> 3 & 7);
+    if (b & CUT) state[6 * d + s] = CrackLattice::SOFTENING;
+    if (b & REMEMBERED) {
+      cuts[6 * d + s] = unpack(&buf[m]);
+      m += 4;
+    }
+  }
+  return m;
+}
+
+// the other ends of ghosts' joints, as far as they are here. The nearest image of an ID may be that of another
+// side of a periodic box: joints are shorter than half of it.
+
+void JointCracks::find_partners_of_ghosts()
+{
+  const Vec3 half_period = host.half_periods();
+  for (int d = jt.nde; d < jt.nall; ++d)
+    for (int s = 0; s < 6; ++s) {
+      if (other[d][s] <= 0) continue;
+      const int j = host.nearest(d, other[d][s]);
+      const int e = j < 0 ? -1 : jt.of_atom[j];
+      if (e < 0) continue;
+      bool near = true;
+      for (int k = 0; k < 3; ++k) near = near && !(std::abs(X[e][k] - X[d][k]) > half_period[k]);
+      const int t = its_slot[d][s];
+      if (near && other[e][t] == id[d]) partner[d][s] = 6 * e + t;
+    }
+}
+
+void JointCracks::resolve()
+{
+  for (int d = 0; d < jt.nde; ++d)
+    for (int s = 0; s < 6; ++s)
+      if (other[d][s]) partner[d][s] = jt.partner[d][s];
+  find_partners_of_ghosts();
+
+  // the lower end knows first
+
+  for (int ds = 0; ds < 6 * jt.nall; ++ds) {
+    const int there = partner[ds / 6][ds % 6];
+    if (there >= 0 && id[ds / 6] < id[there / 6]) state[there] = state[ds];
+  }
+  growth.reset(lattice());
+  coming.clear();
+  parting.clear();
+  cutting.clear();
+  shares.clear();
+  for (const auto &[joint, memory] : cuts) {
+    if (other_end(joint) < 0) continue;
+    if (state[joint])
+      growth.add_crack(lattice(), joint, memory);
+    else
+      coming.push_back({joint, memory});
+  }
+  cuts.clear();
+}
+
+void JointCracks::cut_pending()
+{
+  for (const Cut &c : coming) {
+    state[c.joint] = state[other_end(c.joint)] = CrackLattice::SOFTENING;
+    growth.add_crack(lattice(), c.joint, c.memory);
+  }
+  coming.clear();
+  memories.clear();
+}
+
+// energies are not negative but for rounding: the sign says whether shares follow
+
+int JointCracks::pack_energy(int d, double *buf) const
+{
+  const auto share = shares.find(d);
+  buf[0] = std::copysign(jt.energy[d], share == shares.end() ? 1.0 : -1.0);
+  if (share == shares.end()) return 1;
+  for (int s = 0; s < 6; ++s) buf[1 + s] = share->second[s];
+  return ENERGY_SIZE;
+}
+
+int JointCracks::unpack_energy(int d, const double *buf)
+{
+  jt.energy[d] = std::abs(buf[0]);
+  if (!std::signbit(buf[0])) return 1;
+  auto &share = shares[d];
+  for (int s = 0; s < 6; ++s) share[s] = buf[1 + s];
+  return ENERGY_SIZE;
+}
+
+double JointCracks::budget(int joint) const
+{
+  double sum = 0.0;
+  for (int end : {joint, other_end(joint)}) {
+    const auto share = shares.find(end / 6);
+    if (share != shares.end()) sum += share->second[end % 6];
+  }
+  return sum;
+}
+
+double JointCracks::take_over(int joint, const CohesiveParameters &par)
+{
+  JointCrack &c = *find(joint);
+  crack_take_over(c.law, geometry(joint), budget(joint), moduli[jt.material[joint / 6]], par);
+  return c.law.s0;
+}
+
+CrackEnd JointCracks::end(int d, End &store) const
+{
+  const CrackLattice l = lattice();
+  unsigned present = 0;
+  const Vec3 xd = particles.position(jt.self[d]);
+  for (int s = 0; s < 6; ++s) {
+    store.dX[s].setZero();
+    store.y[s].setZero();
+    if (partner[d][s] < 0) continue;
+    store.dX[s] = l.vector(6 * d + s);
+    store.y[s] = particles.position(jt.self[partner[d][s] / 6]) - xd;
+    if (!state[6 * d + s]) present |= 1u << s;
+  }
+  return {store.dX, store.y, present};
+}
+
+// what several joints ask of a DE in one evaluation
+
+void JointCracks::forget_ends()
+{
+  known_place.resize(jt.nall, -1);
+  for (int d : known_des)
+    if (d < jt.nall) known_place[d] = -1;
+  known_des.clear();
+}
+
+void JointCracks::know(int d)
+{
+  if (known_place[d] >= 0) return;
+  const size_t k = known_des.size();
+  known_place[d] = static_cast<int>(k);
+  known_des.push_back(d);
+  if (k == known.size()) known.emplace_back();
+  KnownEnd &one = known[k];
+  const CrackEnd e = end(d, one.vectors);
+  one.present = e.present;
+  one.turn = de_rotation(e, e.present);
+}
+
+CrackEnd JointCracks::known_end(int d) const
+{
+  const KnownEnd &one = known[known_place[d]];
+  return {one.vectors.dX, one.vectors.y, one.present, &one.turn};
+}
+
+CrackGeometry JointCracks::geometry(int joint) const
+{
+  const JointRecord &slot = jt.record(joint);
+  return {lattice().vector(joint), slot.area * Vec3(slot.normal)};
+}
+
+namespace {
+
+  CrackForces open_plane()
+  {
+    CrackForces out;
+    out.force = out.torque = out.at[0] = out.at[1] = Vec3::Zero();
+    for (auto &arms : out.arm)
+      for (Vec3 &f : arms) f.setZero();
+    out.dissipated = out.fracture = out.excess = out.work_new = out.rubbed = 0.0;
+    out.damage = 1.0;
+    out.newly_broken = out.apart = false;
+    return out;
+  }
+
+}    // namespace
+
+CrackForces JointCracks::look(int joint, const CohesiveParameters &par, CrackJoint &law) const
+{
+  End near, far;
+  const int there = other_end(joint);
+  return crack_update(law, geometry(joint), end(joint / 6, near), end(there / 6, far),
+                      particles.position(jt.self[there / 6]) -
+                          particles.position(jt.self[joint / 6]),
+                      Vec3::Zero(), moduli[jt.material[joint / 6]], par);
+}
+
+bool JointCracks::rests(signed char &plane, double dt)
+{
+  // before a run what rested in the last step rests still
+
+  if (plane <= (dt > 0.0 ? 2 : 1)) return false;
+  if (dt > 0.0) plane--;
+  return true;
+}
+
+CrackForces JointCracks::advance(int joint, CrackJoint &law, const CohesiveParameters &par,
+                                 double friction, double dt)
+{
+  const int there = other_end(joint);
+  const int i = jt.self[joint / 6], j = jt.self[there / 6];
+  const Vec3 y = particles.position(j) - particles.position(i);
+
+  // far apart, whatever the rotation
+
+  const CrackGeometry g = geometry(joint);
+  if (law.broken && y.norm() > 1.2 * g.d.norm()) {
+    CrackForces out = open_plane();
+    out.excess = law.stored;
+    out.apart = true;
+    law.stored = 0.0;
+    return out;
+  }
+  know(joint / 6);
+  know(there / 6);
+  const Vec3 spin = 0.5 * dt * (particles.spin(i) + particles.spin(j));
+  const auto out = crack_update(law, g, known_end(joint / 6), known_end(there / 6), y, spin,
+                                moduli[jt.material[joint / 6]], par, friction);
+  return out;
+}
+
+// A broken joint whose plane is open need not be looked at before it can have closed: as long as everything
+// around it does not move four times as fast as now, against each other.
+
+signed char JointCracks::resting(int joint, const CrackJoint &law, double dt) const
+{
+  constexpr int longest = 20;
+  const double gap = Vec3(law.e).dot(Vec3(law.m));
+  if (!(gap > 0.0) || !(dt > 0.0)) return 1;
+  const int there = other_end(joint) / 6;
+  const auto v = [this](int d) {
+    return particles.velocity(jt.self[d]);
+  };
+  double turning = 0.0;
+  bool held = true;
+  for (int d : {joint / 6, there}) {
+    int arms = 0;
+    for (int s = 0; s < 6; ++s) {
+      const int other = partner[d][s];
+      if (other < 0 || state[6 * d + s]) continue;
+      arms++;
+      turning =
+          std::max(turning, (v(other / 6) - v(d)).norm() / lattice().vector(6 * d + s).norm());
+    }
+    held = held && arms > 1;
+  }
+  if (!held) return 1;    // it turns with the spins, step by step
+  const double closing =
+      (v(there) - v(joint / 6)).norm() + 2.0 * turning * geometry(joint).d.norm();
+  const double steps = std::min(static_cast<double>(longest), 0.25 * gap / (closing * dt));
+  return static_cast<signed char>(steps >= 1.0 ? 2.0 + steps : 1.0);
+}
+
+void JointCracks::arms(int d, Vec3 y[6]) const
+{
+  const Vec3 xd = particles.position(jt.self[d]);
+  for (int s = 0; s < 6; ++s) {
+    const int nb = jt.nb[d][s];
+    y[s] = Vec3(nb >= 0 ? particles.at(nb) : &jt.tie_point[3 * ~nb]) - xd;
+  }
+}
+
+GeneralCell JointCracks::cell(int d) const
+{
+  if (d >= jt.orthogonal) return jt.cell[d - jt.orthogonal];
+  GeneralCell c;
+  c.tie = 0;
+  for (int s = 0; s < 6; ++s) {
+    const int nb = jt.nb[d][s];
+    c.face[s] = Vec3(jt.record(d, s).face);
+    c.dX[s].setZero();
+    if (nb < 0) {
+      c.dX[s] = c.face[s];
+      c.tie = static_cast<unsigned char>(c.tie | 1u << s);
+    } else if (nb != jt.self[d])
+      c.dX[s] = Vec3(particles.reference(nb)) - Vec3(X[d].data());
+  }
+  return c;
+}
+
+// unit vectors of the axes of an orthogonal cell: from its neighbours, whose positions are near in memory
+
+Mat3 JointCracks::axes(int d) const
+{
+  Mat3 A;
+  for (int a = 0; a < 3; ++a) {
+    const int s = partner[d][2 * a + 1] >= 0 ? 2 * a + 1 : 2 * a;
+    const double sign = s % 2 ? 1.0 : -1.0;
+    A.col(a) = partner[d][s] >= 0 ? Vec3(sign / jt.len[d][s] * lattice().vector(6 * d + s))
+                                  : Vec3(sign / jt.half[d][s] * Vec3(jt.record(d, s).face));
+  }
+  return A;
+}
+
+double JointCracks::release(int d, unsigned leaving, double share[6]) const
+{
+  Vec3 y[6];
+  arms(d, y);
+  return crack_release(cell(d), y, jt.present[d], leaving, moduli[jt.material[d]], share);
+}
+
+// decisions
+
+void JointCracks::mark()
+{
+  foreign.clear();
+  boxes.clear();
+  boxed.clear();
+  for (int d : growth.mark(lattice(), jt.energy.data(), quiet.data())) {
+    if (d < jt.orthogonal) {
+      CrackBox &box = boxes.emplace_back();
+      box.axes = axes(d);
+      std::copy_n(jt.len[d].data(), 6, box.length);
+      std::copy_n(jt.half[d].data(), 6, box.half);
+      arms(d, box.y);
+      box.present = jt.present[d];
+      box.moduli = moduli[jt.material[d]];
+      boxed.push_back(d);
+    } else if (d < jt.nde) {
+      Vec3 y[6];
+      arms(d, y);
+      growth.stress(d) = crack_stress(cell(d), y, jt.present[d], moduli[jt.material[d]]);
+    } else
+      growth.stress(d) = CrackStress{};
+  }
+  const int n = static_cast<int>(boxes.size());
+  box_stress.resize(n);
+  crack_stress_orthogonal(n, boxes.data(), box_stress.data());
+  for (int k = 0; k < n; ++k) growth.stress(boxed[k]) = box_stress[k];
+}
+
+int JointCracks::pack_stress(int n, const int *list, double *buf) const
+{
+  int m = 1;
+  for (int k = 0; k < n; ++k) {
+    const int d = jt.of_atom[list[k]];
+    if (d < 0) continue;
+    const CrackStress *s = nullptr;
+    if (d < jt.nde) {
+      if (growth.marked(d)) s = &growth.stress(d);
+    } else {    // on its way to a third rank
+      const auto found = foreign.find(d);
+      if (found != foreign.end()) s = &found->second;
+    }
+    if (!s) continue;
+    buf[m++] = k;
+    memcpy(&buf[m], s, sizeof(CrackStress));
+    m += CrackStress::size;
+  }
+  buf[0] = m;
+  return m;
+}
+
+void JointCracks::unpack_stress(int first, const double *buf)
+{
+  const int size = static_cast<int>(buf[0]);
+  for (int m = 1; m < size; m += 1 + CrackStress::size) {
+    const int d = jt.of_atom[first + static_cast<int>(buf[m])];
+    memcpy(&foreign[d], &buf[m + 1], sizeof(CrackStress));
+    if (growth.marked(d)) growth.stress(d) = foreign[d];
+  }
+}
+
+void JointCracks::decide()
+{
+  started.clear();
+  const CrackLattice l = lattice();
+  growth.decide(l, {type.data(), types, sigma_t.data(), nuclei.data()}, CrackGrowthParameters(),
+                decisions);
+  for (const auto &start : decisions) {
+    const int joint = start.joint, there = other_end(joint);
+    const double *h = &jt.half_force[joint / 6][3 * (joint % 6)];
+    const double *g = &jt.half_force[there / 6][3 * (there % 6)];
+    End near, far;
+    JointCrack crack;
+    memset(static_cast<void *>(&crack), 0, sizeof(crack));
+    crack.slot = joint % 6;
+    if (!crack_start(crack.law, Vec3(start.memory.m), start.memory.f, geometry(joint),
+                     Vec3(h) - Vec3(g), end(joint / 6, near), end(there / 6, far),
+                     particles.position(jt.self[there / 6]) -
+                         particles.position(jt.self[joint / 6])))
+      continue;
+    forget(joint);
+    host.cracks_of(joint / 6).push_back(crack);
+    started.push_back(joint);
+    remember(joint, start.memory);
+  }
+}
+
+void JointCracks::remember(int joint, const CrackMemory &memory)
+{
+  memories[joint] = memory;
+  if (other_end(joint) >= 0) coming.push_back({joint, memory});
+}
+
+void JointCracks::keep_pending(int joint)
+{
+  remember(joint, memory_of(find(joint)->law));
+}
+
+void JointCracks::forget_pending()
+{
+  coming.clear();
+  memories.clear();
+}
+
+bool JointCracks::pack_memory(int joint, double *buf) const
+{
+  const auto found = memories.find(joint);
+  if (found == memories.end()) return false;
+  pack(found->second, buf);
+  return true;
+}
+
+void JointCracks::unpack_memory(int joint, const double *buf)
+{
+  remember(joint, unpack(buf));
+}
+
+void JointCracks::end_of_step()
+{
+  for (int joint : cutting) {
+    const int there = other_end(joint);
+    if (there < 0) continue;
+    state[joint] = state[there] = CrackLattice::SOFTENING;
+    growth.joint_changes(lattice(), joint);
+  }
+  cutting.clear();
+  for (int joint : parting) {
+    const int there = other_end(joint);
+    if (there < 0) continue;
+    growth.remove_crack(lattice(), joint);
+    for (int end : {joint, there}) {
+      partner[end / 6][end % 6] = -1;
+      other[end / 6][end % 6] = 0;
+    }
+  }
+  parting.clear();
+}
+
+JointCrack *JointCracks::find(int joint) const
+{
+  if (auto *list = host.find_cracks(joint / 6))
+    for (auto &c : *list)
+      if (c.slot == joint % 6) return &c;
+  return nullptr;
+}
+
+void JointCracks::forget(int joint)
+{
+  auto *list = host.find_cracks(joint / 6);
+  if (!list) return;
+  list->erase(std::remove_if(list->begin(), list->end(),
+                             [joint](const JointCrack &c) {
+                               return c.slot == joint % 6;
+                             }),
+              list->end());
+}
+
+double JointCracks::memory_usage() const
+{
+  return static_cast<double>(id.capacity()) *
+      (sizeof(id[0]) + sizeof(X[0]) + sizeof(partner[0]) + sizeof(other[0]) + sizeof(its_slot[0]) +
+       sizeof(quiet[0]) + sizeof(key[0]) + 10.0);
+}
+
+}    // namespace defe

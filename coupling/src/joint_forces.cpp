@@ -1,0 +1,389 @@
+// JointStates: forces of joints and ties, and what there is to see of them.
+
+#include "defe/coupling/joint_states.h"
+
+#include "defe/coupling/conversion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace defe {
+
+// --- corners ----------------------------------------------------------------
+
+void JointStates::half_forces(bool each_alone)
+{
+  if (jt.nde == 0) return;
+  tie_points(static_cast<int>(jt.tie_node.size()),
+             reinterpret_cast<const int(*)[4]>(jt.tie_node.data()), particles.x,
+             jt.tie_point.data());
+  const OrthogonalLattice lattice{jt.orthogonal,
+                                  jt.self.data(),
+                                  reinterpret_cast<const int(*)[6]>(jt.nb.data()),
+                                  jt.present.data(),
+                                  reinterpret_cast<const double(*)[6]>(jt.len.data()),
+                                  reinterpret_cast<const double(*)[6]>(jt.half.data()),
+                                  jt.material.data()};
+  corner_half_forces(lattice, jt.nde, jt.cell.data(), particles.x, jt.tie_point.data(),
+                     laws.moduli.data(), each_alone,
+                     reinterpret_cast<double(*)[6][3]>(jt.half_force.data()), jt.energy.data());
+}
+
+void JointStates::without_connective()
+{
+  for (int d = 0; d < jt.nde; ++d) {
+    jt.present[d] = 0;
+    for (int s = 0; s < 6; ++s)
+      if (jt.record(d, s).kind != joint::NONE)
+        jt.record(d, s).state = jt.state[6 * d + s] = joint::CONTACT;
+  }
+}
+
+void JointStates::gather(ForceSums &sums)
+{
+  above.clear();
+  for (int d = 0; d < jt.nde; ++d) gather(d, sums);
+  // strain energy of DEs after their conversion, to set against what was there before
+  for (int d : jt.newborn) ledger.conv_strain -= jt.energy[d];
+}
+
+/// Both halves of each joint of a DE; ties act on the nodes of the face.
+void JointStates::gather(int d, ForceSums &sums)
+{
+  const int i = jt.self[d];
+  auto &rounding = *sums.rounding;
+  const SumGrid &grid = rounding.force_grid();
+  const auto *half = reinterpret_cast<const double(*)[3]>(jt.half_force[d].data());
+  const double *xi = particles.at(i);
+  double fi[3] = {0.0, 0.0, 0.0};
+  int joints = 0, ties = 0;
+  for (int s = 0; s < 6; ++s) {
+    if (!(jt.present[d] & (1u << s))) continue;
+    const double *h = half[s];
+    const int nb = jt.nb[d][s];
+    if (nb >= 0) {
+      const int other = jt.partner[d][s];
+      const double *g = &jt.half_force[other / 6][3 * (other % 6)];
+      const double fx = h[0] - g[0], fy = h[1] - g[1], fz = h[2] - g[2];
+      fi[0] += fx;
+      fi[1] += fy;
+      fi[2] += fz;
+      if (fx * fx + fy * fy + fz * fz > threshold[d][s]) above.push_back(6 * d + s);
+      ++joints;
+      if (sums.tally.on()) {
+        const double *xn = particles.at(nb);
+        const double del[3] = {xi[0] - xn[0], xi[1] - xn[1], xi[2] - xn[2]};
+        sums.tally(del, h, i);
+      }
+    } else {
+      const auto &node = jt.tie_node[~nb];
+      for (int k = 0; k < 3; ++k) fi[k] += h[k];
+      for (int a = 0; a < 4; ++a) {
+        double *fa = sums.force_on(node[a]);
+        for (int k = 0; k < 3; ++k) fa[k] -= rounding.on_grid(grid, tie_weight[a] * h[k], node[a]);
+      }
+      if (h[0] * h[0] + h[1] * h[1] + h[2] * h[2] > threshold[d][s]) above.push_back(6 * d + s);
+      ++ties;
+      if (sums.tally.on()) {
+        const double *p = &jt.tie_point[3 * ~nb];
+        const double del[3] = {xi[0] - p[0], xi[1] - p[1], xi[2] - p[2]};
+        sums.tally(del, h, i);
+      }
+    }
+  }
+  double *f = sums.force_on(i);
+  for (int k = 0; k < 3; ++k) f[k] += rounding.on_grid(grid, fi[k], i);
+  const double e = jt.energy[d];
+  if (ties) {
+    stored.ties += e * ties / (joints + ties);
+    stored.joints += e * joints / (joints + ties);
+  } else
+    stored.joints += e;
+}
+
+int JointStates::pack_forces(int d, double *buf) const
+{
+  std::memcpy(buf, jt.half_force[d].data(), 18 * sizeof(double));
+  return 18 + (cracks_ ? cracks_->pack_energy(d, buf + 18) : 0);
+}
+
+int JointStates::unpack_forces(int d, const double *buf)
+{
+  std::memcpy(jt.half_force[d].data(), buf, 18 * sizeof(double));
+  return 18 + (cracks_ ? cracks_->unpack_energy(d, buf + 18) : 0);
+}
+
+// --- softening --------------------------------------------------------------
+
+SofteningJoint JointStates::softening(JointRecord &slot)
+{
+  return {slot.cohesive, slot.length0, slot.area, slot.stored, slot.lost, slot.pending};
+}
+
+/// Each by the rank of its lower ID.
+void JointStates::soften(ForceSums &sums)
+{
+  jt.debonded.clear();
+  if (cracks_) take_over_cracks();
+  std::size_t kept = 0;
+  for (std::size_t q = 0; q < jt.cohesive.size(); ++q) {
+    const int d = jt.cohesive[q] / 6, s = jt.cohesive[q] % 6;
+    const JointRecord &slot = jt.record(d, s);
+    if (slot.kind == joint::TIE)
+      soften_tie(d, s, sums);
+    else if (by_crack(d, s))
+      soften_crack(d, s, sums);
+    else
+      soften_joint(d, s, sums);
+    if (slot.state == joint::COHESIVE || slot.plane) jt.cohesive[kept++] = jt.cohesive[q];
+  }
+  jt.cohesive.resize(kept);
+}
+
+void JointStates::book(const SofteningStep &step)
+{
+  ledger.fracture += step.fracture;
+  ledger.release += step.released;
+  ledger.release += step.beside;
+}
+
+void JointStates::soften_tie(int d, int s, ForceSums &sums)
+{
+  const int i = jt.self[d];
+  JointRecord &slot = jt.record(d, s);
+  const auto &node = jt.tie_node[~jt.nb[d][s]];
+  const auto tie = tie_point(d, s);
+  Vec3 v[4];
+  for (int a = 0; a < 4; ++a) v[a] = particles.velocity(node[a]);
+  auto softening_joint = softening(slot);
+  const auto step = defe::soften(softening_joint, tie.normal(), tie.length(),
+                                 dt * tie.slide(particles.velocity(i), v), moving, stiffness(d, s),
+                                 adhesive_law(d, s));
+  book(step);
+  if (step.law.broken) {
+    set_broken(d, s);
+    jt.debonded.push_back(6 * d + s);
+    event(d, s, EventKind::DEBONDED, step.law.damage);
+    return;
+  }
+  stored.cohesive += slot.stored;
+
+  Vec3 on_node[4];
+  tie.reactions(step.force, on_node);
+  auto &rounding = *sums.rounding;
+  const SumGrid &grid = rounding.force_grid();
+  double *f = sums.force_on(i);
+  for (int k = 0; k < 3; ++k) f[k] += rounding.on_grid(grid, step.force[k], i);
+  for (int a = 0; a < 4; ++a) {
+    double *fa = sums.force_on(node[a]);
+    for (int k = 0; k < 3; ++k) fa[k] += rounding.on_grid(grid, on_node[a][k], node[a]);
+    if (!sums.tally.on()) continue;
+    // relative to the DE: its own force has no share then
+    const Vec3 del = particles.position(node[a]) - particles.position(i);
+    sums.tally(del.data(), on_node[a].data(), i);
+  }
+}
+
+void JointStates::soften_joint(int d, int s, ForceSums &sums)
+{
+  const int i = jt.self[d], j = jt.nb[d][s];
+  JointRecord &slot = jt.record(d, s);
+  const Vec3 y = particles.position(j) - particles.position(i);
+  const double length = y.norm();
+  const Vec3 n = y / length;
+  const Vec3 w = 0.5 * (particles.spin(i) + particles.spin(j));
+  Vec3 slide = particles.velocity(j) - particles.velocity(i) - w.cross(y);
+  slide -= slide.dot(n) * n;
+  auto softening_joint = softening(slot);
+  const auto step =
+      defe::soften(softening_joint, n, length, dt * slide, moving, stiffness(d, s), law_of(d, s));
+  book(step);
+  if (step.law.broken) {
+    set_broken(d, s);
+    event(d, s, EventKind::BROKEN, step.law.damage);
+    return;
+  }
+  stored.cohesive += slot.stored;
+
+  const Vec3 force = sums.rounding->force(step.force, i);
+  const Vec3 moment = sums.rounding->torque(0.5 * y.cross(force), i);
+  double *fi = sums.force_on(i), *fj = sums.force_on(j);
+  double *ti = sums.torque_on(i), *tj = sums.torque_on(j);
+  for (int k = 0; k < 3; ++k) {
+    fi[k] += force[k];
+    fj[k] -= force[k];
+    ti[k] += moment[k];
+    tj[k] += moment[k];
+  }
+  if (sums.tally.on()) {
+    const Vec3 del = -y;
+    sums.tally(del.data(), force.data(), i);
+  }
+}
+
+// --- cut by planes of their own ---------------------------------------------
+
+void JointStates::take_over_cracks()
+{
+  for (int ds : jt.cohesive) {
+    const int d = ds / 6, s = ds % 6;
+    const JointRecord &slot = jt.record(d, s);
+    if (slot.pending != 2 || slot.kind == joint::TIE || !by_crack(d, s)) continue;
+    event(d, s, EventKind::COHESIVE, cracks_->take_over(ds, law_of(d, s)));
+  }
+  cracks_->end_take_over();
+  cracks_->forget_ends();
+}
+
+/// A softening joint, or the closed plane of a broken one.
+void JointStates::soften_crack(int d, int s, ForceSums &sums)
+{
+  const int ds = 6 * d + s;
+  JointRecord &slot = jt.record(ds);
+  if (JointCracks::rests(slot.plane, dt)) return;
+  CrackJoint &law = cracks_->find(ds)->law;
+  const JointCoeff &coeff = laws.of(particles.type[jt.self[d]], particles.type[jt.nb[d][s]]);
+  const auto r =
+      cracks_->advance(ds, law, coeff.cohesive, laws.with_contact ? coeff.friction : 0.0, dt);
+  const double held = law.stored;
+
+  ledger.fracture += r.fracture;
+  ledger.friction += r.rubbed;
+  ledger.release += r.dissipated - r.fracture;
+  ledger.release += slot.pending ? r.work_new - r.dissipated - held : r.excess;
+  slot.pending = 0;
+  slot.lost += r.dissipated;
+  slot.stored = held;
+  stored.cohesive += held;
+
+  if (slot.state == joint::COHESIVE && law.broken) {
+    close_plane(d, s);
+    event(d, s, EventKind::BROKEN, 1.0);
+  }
+  if (r.apart) {
+    leave_plane(d, s);
+    return;
+  }
+  if (slot.plane) slot.plane = cracks_->resting(ds, law, dt);
+  apply_crack(d, s, r, sums);
+}
+
+/// Forces on both DEs and on the neighbours that their rotation is taken from: in balance, without a moment.
+void JointStates::apply_crack(int d, int s, const CrackForces &r, ForceSums &sums)
+{
+  if (r.force.squaredNorm() == 0.0) return;
+  const int there = cracks_->other_end(6 * d + s);
+  const int end[2] = {d, there / 6};
+  const int i = jt.self[d];
+  auto &rounding = *sums.rounding;
+  const auto pull = [&](int e, const Vec3 &by) {
+    const int k = jt.self[e];
+    double *f = sums.force_on(k);
+    for (int c = 0; c < 3; ++c) f[c] += rounding.on_grid(rounding.force_grid(), by[c], k);
+    if (!sums.tally.on() || e == d) return;
+    // relative to the first DE: its own force has no share then
+    const Vec3 del = particles.position(k) - particles.position(i);
+    sums.tally(del.data(), by.data(), i);
+  };
+  pull(end[0], r.force + r.at[0]);
+  pull(end[1], r.at[1] - r.force);
+  for (int k = 0; k < 2; ++k)
+    for (int q = 0; q < 6; ++q) {
+      const int arm = cracks_->partners(end[k])[q];
+      if (arm >= 0 && r.arm[k][q].squaredNorm() > 0.0) pull(arm / 6, r.arm[k][q]);
+    }
+  if (r.torque.squaredNorm() == 0.0) return;
+  for (int e : end) {
+    const int k = jt.self[e];
+    const Vec3 moment = rounding.torque(r.torque, k);
+    double *torque = sums.torque_on(k);
+    for (int c = 0; c < 3; ++c) torque[c] += moment[c];
+  }
+}
+
+// --- geometry ---------------------------------------------------------------
+
+/// Normal of the face that a joint crosses, turned with the DE's cell.
+Vec3 JointStates::face_normal(int d, int s, const Vec3 &along) const
+{
+  const Vec3 xi = particles.position(jt.self[d]);
+  Vec3 y[6];
+  for (int q = 0; q < 6; ++q) {
+    const int nb = jt.nb[d][q];
+    y[q] = Vec3(nb >= 0 ? particles.at(nb) : &jt.tie_point[3 * ~nb]) - xi;
+  }
+  return turned_normal(jt.cell[d - jt.orthogonal], jt.present[d], y, Vec3(jt.record(d, s).normal),
+                       along);
+}
+
+TiePoint JointStates::tie_point(int d, int s) const
+{
+  Vec3 face[4];
+  for (int a = 0; a < 4; ++a) face[a] = particles.position(jt.tie_node[~jt.nb[d][s]][a]);
+  return {particles.position(jt.self[d]), face};
+}
+
+// --- output -----------------------------------------------------------------
+
+JointView JointStates::view(int ds) const
+{
+  const int d = ds / 6, s = ds % 6;
+  const JointRecord &slot = jt.record(ds);
+  const bool tie = slot.kind == joint::TIE;
+  const Vec3 xi = particles.position(jt.self[d]);
+  JointView v;
+  Vec3 y;
+  if (tie) {
+    const auto point = tie_point(d, s);
+    y = point.y();
+    v.normal = point.normal();
+    v.point = xi + y;
+  } else {
+    y = particles.position(jt.nb[d][s]) - xi;
+    v.normal = y.normalized();
+    v.point = xi + 0.5 * y;
+  }
+  v.length = y.norm();
+  v.damage = v.opening = v.slip = 0.0;
+  const auto set_traction = [&v](const Vec3 &t) {
+    v.t_n = t.dot(v.normal);
+    v.t_s = (t - v.t_n * v.normal).norm();
+  };
+
+  if (slot.state == joint::CONNECTIVE) {
+    Vec3 force(&jt.half_force[d][3 * s]);
+    if (!tie) {
+      const int other = jt.partner[d][s];
+      force -= Vec3(&jt.half_force[other / 6][3 * (other % 6)]);
+      if (d >= jt.orthogonal) v.normal = face_normal(d, s, v.normal);
+    }
+    set_traction(force / slot.area);
+    return v;
+  }
+
+  if (!tie && by_crack(d, s)) {    // along the crack and its plane
+    CrackJoint crack = cracks_->find(ds)->law;
+    const auto r = cracks_->look(ds, law_of(d, s), crack);
+    const Vec3 m(crack.m), e(crack.e);
+    v.normal = Eigen::Quaterniond(crack.turn[3], crack.turn[0], crack.turn[1], crack.turn[2]) * m;
+    v.point = xi + crack.f * y;
+    set_traction(r.force / slot.area);
+    v.damage = r.damage;
+    v.opening = e.dot(m);
+    v.slip = (e - v.opening * m).norm();
+    return v;
+  }
+
+  auto state = CohesiveState::unpack(slot.cohesive);
+  const auto r = cohesive_update(state, 0.0, Vec3::Zero(), stiffness(d, s),
+                                 tie ? adhesive_law(d, s) : law_of(d, s));
+  v.t_n = r.t_n;
+  v.t_s = r.t_s.norm();
+  v.damage = r.damage;
+  v.opening = state.e_n;
+  v.slip = state.e_s.norm();
+  return v;
+}
+
+}    // namespace defe

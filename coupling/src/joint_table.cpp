@@ -1,0 +1,99 @@
+#include "defe/coupling/joint_table.h"
+
+#include "defe/coupling/conversion.h"
+
+#include <algorithm>
+
+namespace defe {
+
+void JointTable::clear()
+{
+  nde = orthogonal = nall = 0;
+  self.clear();
+  of_atom.clear();
+  slots.clear();
+  nb.clear();
+  partner.clear();
+  present.clear();
+  area.clear();
+  tie_element.clear();
+  tie_part.clear();
+  apart.clear();
+  len.clear();
+  half.clear();
+  material.clear();
+  cell.clear();
+  half_force.clear();
+  energy.clear();
+  state.clear();
+  tie_node.clear();
+  tie_point.clear();
+  cohesive.clear();
+  debonded.clear();
+  asking.clear();
+  newborn.clear();
+  pending.clear();
+}
+
+double JointTable::distance_apart(int d, std::int64_t other) const
+{
+  auto found = std::lower_bound(apart.begin(), apart.end(), d, [](const Apart &a, int de) {
+    return a.de < de;
+  });
+  for (; found != apart.end() && found->de == d; ++found)
+    if (found->other == other) return found->distance;
+  return 0.0;
+}
+
+bool JointTable::tied(int atom, std::int64_t element) const
+{
+  const int d = of_atom[atom];
+  for (int s = 0; s < 6; ++s)
+    if (nb[d][s] < 0 && tie_element[~nb[d][s]] == element && state[6 * d + s] != joint::CONTACT)
+      return true;
+  return false;
+}
+
+double JointTable::corner_energy(int d, unsigned present, const double *x,
+                                 const CornerModuli &moduli, Vec3 half_force[6]) const
+{
+  const double *xd = x + 3 * static_cast<std::ptrdiff_t>(self[d]);
+  Vec3 y[6];
+  for (int s = 0; s < 6; ++s) {
+    y[s].setZero();
+    if (!(present & (1u << s))) continue;
+    const int other = nb[d][s];
+    for (int k = 0; k < 3; ++k) {
+      double p = 0.0;
+      if (other >= 0)
+        p = x[3 * static_cast<std::ptrdiff_t>(other) + k];
+      else
+        for (int a = 0; a < 4; ++a)
+          p += tie_weight[a] * x[3 * static_cast<std::ptrdiff_t>(tie_node[~other][a]) + k];
+      y[s][k] = p - xd[k];
+    }
+  }
+  if (d >= orthogonal)
+    return corner_strain_general(cell[d - orthogonal], y, present, moduli, half_force);
+
+  // one orthogonal DE: neighbours as points of its own
+
+  double xs[21];
+  for (int k = 0; k < 3; ++k) xs[k] = 0.0;
+  int points[1][6];
+  double length[1][6], border[1][6], force[1][6][3], energy_of_it[1];
+  for (int s = 0; s < 6; ++s) {
+    points[0][s] = s + 1;
+    length[0][s] = len[d][s];
+    border[0][s] = half[d][s];
+    for (int k = 0; k < 3; ++k) xs[3 * (s + 1) + k] = y[s][k];
+  }
+  const int self_point = 0;
+  const auto bits = static_cast<unsigned char>(present);
+  const OrthogonalLattice one{1, &self_point, points, &bits, length, border, nullptr};
+  const double sum = corner_strain_orthogonal(one, xs, nullptr, &moduli, force, energy_of_it);
+  for (int s = 0; s < 6; ++s) half_force[s] = Vec3(force[0][s]);
+  return sum;
+}
+
+}    // namespace defe

@@ -1,0 +1,54 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "defe_crack_host.h"
+
+#include "defe_system.h"
+
+#include "atom.h"
+#include "domain.h"
+
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+defe::CrackDE DefeCrackHost::describe(int de) const
+{
+  const DERecord &r = *sys.joints.rec[de];
+  const int i = sys.joints.self[de];
+  defe::CrackDE out{r.corner, r.part, r.volume, {}, {}};
+  domain->unmap(sys.store.x_frame(i), atom->image[i], out.place.data());
+  for (int s = 0; s < 6; s++) out.other[s] = r.slot[s].other;
+  return out;
+}
+
+std::vector<defe::JointCrack> *DefeCrackHost::find_cracks(int de) const
+{
+  AtomTouch *t = sys.store.touches(sys.joints.self[de]);
+  return t ? &t->cracks : nullptr;
+}
+
+std::vector<defe::JointCrack> &DefeCrackHost::cracks_of(int de)
+{
+  return sys.store.touch_at(sys.joints.self[de]).cracks;
+}
+
+int DefeCrackHost::nearest(int de, std::int64_t id) const
+{
+  if (id > atom->map_tag_max) return -1;
+  return domain->closest_image(sys.joints.self[de], atom->map(static_cast<tagint>(id)));
+}
+
+/* ----------------------------------------------------------------------
+   of its two ends the nearest image may be that of another side of a periodic box: joints are shorter than half of it
+------------------------------------------------------------------------- */
+
+defe::Vec3 DefeCrackHost::half_periods() const
+{
+  defe::Vec3 half;
+  for (int k = 0; k < 3; k++) half[k] = domain->periodicity[k] ? 0.5 * domain->prd[k] : HUGE_VAL;
+  return half;
+}
