@@ -165,6 +165,21 @@ void CrackGrowth::find_rings(const CrackLattice &lattice, int joint, Crack &crac
   if (lattice.ties) find_waiting(lattice, joint, crack);
 }
 
+/// Where the DE behind a tie will be, if the element there is as long as the DE's own was.
+/// \return false: the DE has broken off its own
+static bool behind_tie(const CrackLattice &lattice, int tie, Vec3 &place)
+{
+  const int inner = tie ^ 1;    // slots of an axis are 2 k and 2 k + 1
+  if (lattice.partner[inner / 6][inner % 6] < 0) return false;
+  place = Vec3(lattice.X[tie / 6]) - lattice.vector(inner);
+  return true;
+}
+
+static bool is_tie(const CrackLattice &lattice, int end)
+{
+  return (lattice.ties[end / 6] >> end % 6 & 1u) != 0;
+}
+
 /// The crack between the two DEs of a cut joint goes on between their ties along another axis; or through joints of
 /// one of them, where the ring is open at a tie of the other.
 void CrackGrowth::find_waiting(const CrackLattice &lattice, int joint, Crack &crack) const
@@ -172,16 +187,33 @@ void CrackGrowth::find_waiting(const CrackLattice &lattice, int joint, Crack &cr
   CrackRing arc;
   for (int end : {joint, lattice.other_end(joint)})
     for (int s = 0; s < 6; ++s) {
+      const int here = 6 * (end / 6) + s;
       if (s / 2 == end % 6 / 2 || lattice.partner[end / 6][s] >= 0) continue;
-      if (lattice.ties[end / 6] >> s & 1u)
-        crack.before_ties.push_back({joint, 6 * (end / 6) + s, {}});
-      // ties of ghosts are not known: the last DE may be mine and this one not
       const bool closed = crack_ring(lattice, end / 6, end % 6, s, arc);
       if (arc.size > 4) crack.stale = true;
+      Waiting front;
+      front.crack = joint;
+      if (is_tie(lattice, here)) {
+        front.tie = here;
+        front.known = behind_tie(lattice, here, front.missing);
+        if (arc.size > 1)
+          front.next = Vec3(lattice.X[lattice.other_end(arc.joint[1]) / 6]);
+        else
+          front.known = front.known && arc.open >= 0 && is_tie(lattice, arc.open) &&
+              behind_tie(lattice, arc.open, front.next);
+        crack.before_ties.push_back(front);
+      }
       if (closed || arc.open < 0 || arc.size < 2 || arc.cut(lattice) > 1 ||
-          !(lattice.ties[arc.open / 6] >> arc.open % 6 & 1u))
+          !is_tie(lattice, arc.open))
         continue;
-      crack.before_ties.push_back({joint, arc.open, arc});
+      front.tie = arc.open;
+      front.arc = arc;
+      front.known = behind_tie(lattice, arc.open, front.missing) && is_tie(lattice, here) &&
+          behind_tie(lattice, here, front.next);
+      const Vec3 X(lattice.X[end / 6]);
+      if (front.known && (front.next - front.missing).norm() < 0.5 * (front.next - X).norm())
+        front.next = X;    // one DE is missing, behind both ties
+      crack.before_ties.push_back(front);
     }
 }
 
@@ -204,6 +236,10 @@ template <class F> void CrackGrowth::find_fronts(const CrackLattice &lattice, co
       bool any_loud = loud[front.tie / 6];
       for (int k = 1; k < front.arc.size; ++k) any_loud = any_loud || loud[front.arc.de[k]];
       if (any_loud) waiting.push_back(front);
+      bool any = false;    // a crack may go on in what is there of the ring
+      for (int k = 1; k < front.arc.size; ++k)
+        any = any || may_open(front.arc.de[k], front.arc.de[k + 1]);
+      if (any) fronts.push_back(front.arc);
     }
     for (const CrackRing &ring : crack->odd) {
       bool any = false;
@@ -262,7 +298,7 @@ const std::vector<int> &CrackGrowth::mark(const CrackLattice &lattice, const dou
     for (int k = 1; k < front.arc.size; ++k) look(front.arc.de[k]);
   }
   for (const CrackRing &ring : fronts)
-    for (int k = 0; k < ring.size; ++k) {
+    for (int k = 0; k < ring.des(); ++k) {
       const int d = ring.de[k];
       activate(d);
       for (int s = 0; s < 6; ++s)
@@ -310,7 +346,7 @@ CrackGrowth::Front CrackGrowth::front(const CrackLattice &lattice, const CrackRi
                                       const Vec3 &old, double memory) const
 {
   std::vector<std::pair<std::int64_t, int>> des;
-  for (int k = 0; k < ring.size; ++k) {
+  for (int k = 0; k < ring.des(); ++k) {
     const int d = ring.de[k];
     des.emplace_back(lattice.id[d], d);
     for (int s = 0; s < 6; ++s)
@@ -356,14 +392,18 @@ void CrackGrowth::vote(const CrackLattice &lattice, const CrackRing &ring,
     fires = fires || (h && m.dot(h->S * m) >= 1.0 && tension >= par.pull * h->limit);
   }
   if (!fires) return;
+  bool goes_on = false;
   for (int k = 0; k < ring.size; ++k) {
     const int joint = lattice.lower_end(ring.joint[k]);
-    if (lattice.cut(joint) || joint / 6 >= lattice.owned) continue;
+    if (lattice.cut(joint)) continue;
     const double below = m.dot(Vec3(lattice.X[joint / 6]) - p);
+    const double above = below + m.dot(lattice.vector(joint));
+    goes_on = goes_on || (below < 0.0) != (above < 0.0);
+    if (joint / 6 >= lattice.owned) continue;
     const Ids a = ids(lattice, joint), c = ids(lattice, cut);
-    votes.push_back(
-        {joint, {a[0], a[1], c[0], c[1]}, m, below, below + m.dot(lattice.vector(joint))});
+    votes.push_back({joint, {a[0], a[1], c[0], c[1]}, m, below, above});
   }
+  if (!goes_on && ring.open >= 0 && ring.open / 6 < lattice.owned) entries.push_back(ring.open);
 }
 
 void CrackGrowth::count_votes(const CrackLattice &lattice, const CrackStrength &strength,
@@ -497,13 +537,30 @@ bool CrackGrowth::wants_to_enter(const CrackLattice &lattice, const CrackStrengt
   return false;
 }
 
+/// Does the plane of the crack pass between the DE behind the tie and its neighbours in the ring, or closer to them than a
+/// tenth of their spacing?
+bool CrackGrowth::needed(const CrackLattice &lattice, const Waiting &front) const
+{
+  if (!front.known) return true;
+  constexpr double margin = 0.1;
+  const Vec3 m = normal(front.crack), p = crack_point(lattice, front.crack);
+  const Vec3 last(lattice.X[front.tie / 6]);
+  const double near = margin * (front.missing - last).norm();
+  double lowest = HUGE_VAL, highest = -HUGE_VAL;
+  for (const Vec3 &X : {last, front.missing, front.next}) {
+    const double along = m.dot(X - p);
+    lowest = std::min(lowest, along);
+    highest = std::max(highest, along);
+  }
+  return lowest < near && highest > -near;
+}
+
 void CrackGrowth::enter(const CrackLattice &lattice, const CrackStrength &strength, double share)
 {
   for (const Waiting &front : waiting)
-    if (front.tie / 6 < lattice.owned && wants_to_enter(lattice, strength, front, share))
+    if (front.tie / 6 < lattice.owned && needed(lattice, front) &&
+        wants_to_enter(lattice, strength, front, share))
       entries.push_back(front.tie);
-  std::sort(entries.begin(), entries.end());
-  entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
 }
 
 void CrackGrowth::decide(const CrackLattice &lattice, const CrackStrength &strength,
@@ -514,13 +571,20 @@ void CrackGrowth::decide(const CrackLattice &lattice, const CrackStrength &stren
   if (active.empty()) return;
   enter(lattice, strength, par.entry);
   find_hot(lattice, strength);
-  if (hot.empty()) return;
+  if (!hot.empty()) open(lattice, strength, par, starts);
+  std::sort(entries.begin(), entries.end());
+  entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
+}
+
+void CrackGrowth::open(const CrackLattice &lattice, const CrackStrength &strength,
+                       const CrackGrowthParameters &par, std::vector<CrackStart> &starts)
+{
   votes.clear();
   for (const CrackRing &ring : fronts)
     if (ring.cut(lattice) == 1) vote(lattice, ring, par);
   count_votes(lattice, strength, starts);
   for (const CrackRing &ring : fronts)
-    if (ring.cut(lattice) > 1) ligament(lattice, ring, starts);
+    if (ring.open < 0 && ring.cut(lattice) > 1) ligament(lattice, ring, starts);
   nuclei(lattice, starts);
 
   // one start per joint, what a front says first

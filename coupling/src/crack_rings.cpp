@@ -51,6 +51,7 @@ bool crack_ring(const CrackLattice &lattice, int de, int out, int back, CrackRin
   while (ring.size < CrackRing::most) {
     const int there = lattice.partner[at][leave];
     if (there < 0) {
+      ring.de[ring.size] = at;
       ring.open = 6 * at + leave;
       return false;
     }

@@ -8,8 +8,8 @@ namespace defe {
 
 namespace {
 
-  // of a slot in the first number of a DE's table
-  constexpr int SLOT_BITS = 6;
+  // of a slot in the first number of a DE's table: corner, slots, then a bit per tie
+  constexpr int SLOT_BITS = 6, TIE_BITS = 3 + 6 * SLOT_BITS;
   enum : int64_t { JOINED = 1, CUT = 2, REMEMBERED = 4 };
 
   double as_double(std::int64_t bits)
@@ -118,7 +118,7 @@ void JointCracks::prepare()
 
 int JointCracks::pack_table(int d, double *buf) const
 {
-  int64_t bits = corner[d];
+  int64_t bits = corner[d] | static_cast<int64_t>(ties[d]) << TIE_BITS;
   int m = 3;
   buf[1] = quiet[d];
   memcpy(&buf[2], &key[d], sizeof(double));
@@ -143,6 +143,7 @@ int JointCracks::unpack_table(int d, const double *buf)
 {
   const auto bits = as_integer(buf[0]);
   corner[d] = static_cast<unsigned char>(bits & 7);
+  ties[d] = static_cast<unsigned char>(bits >> TIE_BITS & 63);
   quiet[d] = buf[1];
   memcpy(&key[d], &buf[2], sizeof(double));
   int m = 3;

@@ -306,7 +306,8 @@ void DefeAudit::masses() const
       const HexRecord &h = *b.hex[e];
       const double volume = defe::fe::volume(X);
       if (!(std::abs(volume - h.volume) <= 1.0e-11 * volume))
-        error->one(FLERR, "Fix defe at step {}: element {} has volume {:.15g}, its nodes give {:.15g}",
+        error->one(FLERR,
+                   "Fix defe at step {}: element {} has volume {:.15g}, its nodes give {:.15g}",
                    update->ntimestep, h.id, h.volume, volume);
       const double mass = 0.125 * sys.model.element_mass(sys.model.parts[h.part], h.volume);
       for (tagint t : h.node) shares.to_id(t, {t, 0, mass});

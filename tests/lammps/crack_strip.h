@@ -391,6 +391,7 @@ inline void expect_straight(const std::string &name, const CrackStrip &strip, do
   EXPECT_NEAR(r.energy(), 1.0, energy) << name;
   EXPECT_LE(r.stray, r.cut / 25) << name;    // at the jagged faces of tilted lattices, else none
   EXPECT_EQ(r.loose, 0) << name;
+  EXPECT_GE(r.holding, 0.8 * r.converted) << name << ": what converts cracks";
   EXPECT_LT(r.rise, 1e-3) << name;
 }
 

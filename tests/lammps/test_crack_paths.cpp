@@ -37,18 +37,18 @@ CrackStrip strip(const Mat3 &turn, double G_f, bool adaptive)
 TEST(CrackPaths, DiscreteElements)
 {
   if (!one_rank()) GTEST_SKIP() << "measured on one rank";
-  expect_straight("22.5", strip(turned(22.5), 10.0, false));
-  expect_straight("45, G_f 50", strip(turned(45), 50.0, false));
+  expect_straight("22.5", strip(turned(22.5), 10.0, false), 0.05, 0.08);
+  expect_straight("45, G_f 50", strip(turned(45), 50.0, false), 0.05, 0.08);
   CrackStrip tilted = strip(turned(22.5, 22.5), 10.0, false);
   tilted.thickness = 10.0;
-  expect_straight("22.5 and 22.5", tilted);
+  expect_straight("22.5 and 22.5", tilted, 0.05, 0.08);
 }
 
 // A crack that passes an element on its corner asks for it, too: at 45 degrees it stopped for good there once.
 TEST(CrackPaths, ElementsThatConvert)
 {
   if (!one_rank()) GTEST_SKIP() << "measured on one rank";
-  expect_straight("45, G_f 50", strip(turned(45), 50.0, true));
+  expect_straight("45, G_f 50", strip(turned(45), 50.0, true), 0.05, 0.08);
   CrackStrip moved = strip(turned(30), 10.0, true);
   moved.moved = 0.15;
   expect_straight("30, nodes moved", moved);

@@ -63,16 +63,19 @@ class Partly {
       }
   }
 
-  /// Ties that fronts ask for in a tension along y, with nothing at DEs that are unloaded.
-  std::vector<int> asked(double tension, const std::function<bool(const Vec3 &)> &unloaded)
+  /// Ties that fronts ask for, with nothing at DEs that are unloaded. Normal of the crack and of the tension.
+  std::vector<int> asked(double tension, const std::function<bool(const Vec3 &)> &unloaded,
+                         const Vec3 &normal = Vec3::UnitY(), const Vec3 &pull = Vec3::UnitY())
   {
     const CrackLattice l = lattice();
     CrackGrowth growth;
     growth.reset(l);
     for (int joint = 0; joint < 6 * n; ++joint)
-      if (l.cut(joint) && l.lower_end(joint) == joint)
-        growth.add_crack(l, joint, {{0.0, l.vector(joint)[1] < 0.0 ? -1.0 : 1.0, 0.0}, 0.5});
-    const Mat3 F = strain_of(tension * Vec3::UnitY() * Vec3::UnitY().transpose());
+      if (l.cut(joint) && l.lower_end(joint) == joint) {
+        const Vec3 m = l.vector(joint)[1] < 0.0 ? Vec3(-normal) : normal;
+        growth.add_crack(l, joint, {{m[0], m[1], m[2]}, 0.5});
+      }
+    const Mat3 F = strain_of(tension * pull * pull.transpose());
     const std::vector<double> all_loud(n, 1.0), quiet(n, 0.0);
     for (int i : growth.mark(l, all_loud.data(), quiet.data())) {
       Vec3 y[6];
@@ -81,7 +84,6 @@ class Partly {
                                            : Vec3(F * block->de[i].cell.dX[s]);
       growth.stress(i) = crack_stress(block->de[i].cell, y, block->de[i].present, block->moduli);
     }
-    std::vector<CrackStart> starts;
     const CrackNuclei nuclei;
     growth.decide(l, {type.data(), 1, &law.sigma_t, &nuclei}, {}, starts);
     for (int tie : growth.entered()) EXPECT_TRUE(ties[tie / 6] >> tie % 6 & 1u);
@@ -89,6 +91,10 @@ class Partly {
   }
 
   std::vector<std::array<double, 3>> X;
+  std::vector<CrackStart> starts;    // of the last asked()
+
+  /// Middle of a joint.
+  Vec3 middle(int joint) const { return Vec3(X[joint / 6].data()) + 0.5 * lattice().vector(joint); }
 
  private:
   std::unique_ptr<Block> block;
@@ -135,6 +141,55 @@ TEST(CrackGrowth, FrontsAskForElementsBesideTheirWay)
   EXPECT_TRUE(body.asked(0.9 * entry_stress, above).empty());
   const auto asked = body.asked(1.1 * entry_stress, above);
   EXPECT_EQ(asked.size(), 8u);    // of the DEs below the element, next to the crack
+  for (int tie : asked) {
+    EXPECT_NEAR(body.X[tie / 6][0], 0.5 * d, 1e-9 * d);
+    EXPECT_NEAR(body.X[tie / 6][1], -0.5 * d, 1e-9 * d);
+  }
+}
+
+// The same, but the crack goes down: it passes between the DEs left and right of it below the element, which is not asked for.
+TEST(CrackGrowth, FrontsGoOnBesideElements)
+{
+  Partly body([](int i, int j) {
+    return i != 2 || j != 2;
+  });
+  const auto above = [](const Vec3 &X) {
+    return X[0] < 0.0 && X[1] > 0.0;
+  };
+  body.cut(0.0, [](const Vec3 &X) {
+    return X[0] < 0.0;
+  });
+  const Vec3 down = Vec3(1.0, 1.0, 0.0).normalized();
+  EXPECT_TRUE(body.asked(0.9 * law.sigma_t, above, down, down).empty());
+  EXPECT_TRUE(body.starts.empty());
+  EXPECT_TRUE(body.asked(1.1 * law.sigma_t, above, down, down).empty());
+  int there = 0;
+  for (const CrackStart &start : body.starts) {
+    const Vec3 c = body.middle(start.joint);
+    const bool joint = std::abs(c[0]) < 1e-9 * d && std::abs(c[1] + 0.5 * d) < 1e-9 * d;
+    there += joint && start.origin == CrackStart::FRONT;
+    EXPECT_GT(std::abs(Vec3(start.memory.m).dot(down)), 0.99);
+  }
+  EXPECT_EQ(there, 8);    // DEs deep
+}
+
+// It did go down, but the tension turns it so that it now has to pass between the element and the DE below: it is asked
+// for when the front would move, so that it does not stop for good.
+TEST(CrackGrowth, FrontsAskForWhatTheyTurnOutToNeed)
+{
+  Partly body([](int i, int j) {
+    return i != 2 || j != 2;
+  });
+  const auto above = [](const Vec3 &X) {
+    return X[0] < 0.0 && X[1] > 0.0;
+  };
+  body.cut(0.0, [](const Vec3 &X) {
+    return X[0] < 0.0;
+  });
+  const Vec3 down = Vec3(1.0, 1.0, 0.0).normalized();
+  EXPECT_TRUE(body.asked(0.9 * law.sigma_t, above, down).empty());
+  const auto asked = body.asked(1.3 * law.sigma_t, above, down);
+  EXPECT_EQ(asked.size(), 8u);
   for (int tie : asked) {
     EXPECT_NEAR(body.X[tie / 6][0], 0.5 * d, 1e-9 * d);
     EXPECT_NEAR(body.X[tie / 6][1], -0.5 * d, 1e-9 * d);

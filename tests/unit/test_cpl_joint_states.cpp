@@ -71,8 +71,10 @@ namespace {
     EXPECT_EQ(w.count(EventKind::COHESIVE), 12);
     EXPECT_TRUE(w.ranks[0]->states->damaged());
     EXPECT_EQ(jt.cohesive.size(), 12u) << "each by its lower ID";
+    double most = 0.0;
+    for (const Vec3 &f : before) most = std::max(most, f.norm());
     for (std::size_t i = 0; i < before.size(); ++i)
-      EXPECT_NEAR(w.f[i][0], before[i][0], 1e-9 * before.back().norm()) << "the force goes on";
+      EXPECT_NEAR(w.f[i][0], before[i][0], 1e-9 * most) << "the force goes on";
   }
 
   TEST(JointStates, AnEvaluationBeforeARunSwitchesNothing)

@@ -27,11 +27,16 @@
 /// 1.5 d of the plane of a cut joint whose p is within d) it takes `overstrength` times as much: that is how cracks branch.
 /// Both numbers are those of the joint's pair of types.
 ///
-/// **Entry.** Where a ring is open because finite elements are in its way, the front waits before their faces. It
-/// asks for them once its DE is not quiet and m . S m, S of the corners at the tie, reaches `entry` sigma_t: they are
+/// **Entry.** Where a ring is open because finite elements are in its way, the front asks for those that the plane
+/// through p with normal m needs: that it cuts between the DE at their face, the one to come behind it, and the next
+/// one of the ring (placed as if the element were as long as its neighbour). It asks once its DE is not quiet and
+/// m . S m, S of the corners at the tie, reaches `entry` sigma_t: they are
 /// to convert, whatever their own stress. In a lattice that is turned the crack may pass on the other side of the
 /// ring, and where it has come from nothing is stressed: then m . S m of the joints that are left of the ring counts, and
-/// of its last DE at the tie there. Then the ring closes and the front goes on. `entry` is below 1 so that all
+/// of its last DE at the tie there. Then the ring closes and the front goes on. It
+/// goes on through an open ring as well, where its plane passes between DEs that are there; where it does not, once
+/// the ring has fired, the front asks for what is missing. (Before, whatever a ring lacked was asked for: three quarters of the elements that
+/// converted and never cracked.) `entry` is below 1 so that all
 /// elements along a front have converted before it moves: where some had, fronts left their plane.
 ///
 /// All decisions come from the state at their beginning, sums are ordered by ID and a joint is decided upon by the
@@ -144,6 +149,9 @@ class CrackGrowth {
   struct Waiting {    // a front before a tie
     int crack, tie;
     CrackRing arc;    // joints that are left between the two; empty: the tie alone counts
+    Vec3 missing,
+        next;    // reference place of the DE behind the tie, and of the one after it in the ring
+    bool known = false;    // both are
   };
   struct Crack {
     CrackMemory memory;
@@ -169,10 +177,13 @@ class CrackGrowth {
 
   void find_rings(const CrackLattice &, int joint, Crack &) const;
   void find_waiting(const CrackLattice &, int joint, Crack &) const;
+  bool needed(const CrackLattice &, const Waiting &) const;
   template <class F> void find_fronts(const CrackLattice &, const F &may_open);
   bool wants_to_enter(const CrackLattice &, const CrackStrength &, const Waiting &,
                       double share) const;
   void enter(const CrackLattice &, const CrackStrength &, double share);
+  void open(const CrackLattice &, const CrackStrength &, const CrackGrowthParameters &,
+            std::vector<CrackStart> &);
   void activate(int de);
   void find_hot(const CrackLattice &, const CrackStrength &);
   const Hot *hot_joint(const CrackLattice &, int joint) const;

@@ -8,7 +8,7 @@
 /// are joined: four DEs inside an element and across an element's face, as many as there are
 /// elements around an inner edge of the mesh. A crack surface that passes through a ring cuts two of its
 /// joints, so a ring with one cut joint holds a crack front (see crack_growth.h). At the surface
-/// of the body, and beside finite elements, the ring is open: no crack front is looked for there.
+/// of the body the ring is open, and no crack front is looked for there; beside finite elements it is open, too.
 ///
 /// Rings are walked when they are asked for (nothing is stored) and by the slots alone: any hex mesh.
 
@@ -61,9 +61,12 @@ struct CrackRing {
   static constexpr int most = 12;
 
   int size = 0;
-  int de[most];
+  int de[most + 1];
   int joint[most];    ///< joint[k] leads from de[k] to the next one, the last back to de[0]
-  int open = -1;      ///< of an open ring: 6 * DE + slot where it ends, after joint[size - 1]
+  int open =
+      -1;    ///< of an open ring: 6 * DE + slot where it ends, after joint[size - 1]; the DE is de[size]
+
+  int des() const { return open < 0 ? size : size + 1; }
 
   int cut(const CrackLattice &lattice) const
   {
