@@ -28,6 +28,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 INPUTS = HERE / "inputs"
 BEAM = ROOT / "examples" / "glass_beam"
+PLATE = ROOT / "examples" / "laminated_plate"
 STEPS = 1667  # of 6e-8 s: the paper's 100 us
 BEAM_HEXES = 5150  # deformable ones
 
@@ -276,13 +277,40 @@ def case_two_clocks(r):
     return example(r, "two_clocks", "in.glass_beam", {variable: 2})
 
 
-def case_trace(r):
-    """Wall time of every step of the adaptive beam, and the steps in which elements convert."""
-    sample = beam(r, "trace", {"trace": "yes"}, steps=480 if r.quick else STEPS)
+def add_trace(r, name, sample):
+    """Wall time of every step, and the steps in which elements convert."""
     stamps = thermo_column(sample, "CPU")
     sample["times"] = {b[0]: b[1] - a[1] for a, b in zip(stamps, stamps[1:])}
-    events = (r.out / "runs" / "trace" / "events.txt").read_text()
+    events = (r.out / "runs" / name / "events.txt").read_text()
     sample["conversions"] = sorted({int(line.split()[0]) for line in events.splitlines() if " convert " in line})
+    return sample
+
+
+def case_trace(r):
+    return add_trace(r, "trace", beam(r, "trace", {"trace": "yes"}, steps=480 if r.quick else STEPS))
+
+
+def event(r, hexes):
+    """A bar that cracks beside a block of that many hexahedra."""
+    name = f"event{hexes}"
+    nx, ny, nz = block_size(r, hexes)
+    sample = r.lammps(name, INPUTS / "in.event", {"nx": nx, "ny": ny, "nz": nz, "out": r.out / "runs" / name})
+    sample["hexes"] = nx * ny * nz
+    return add_trace(r, name, sample)
+
+
+def plate(r, name, variables=()):
+    """The first 40 us of examples/laminated_plate, elements of 2 mm, without pictures."""
+    work = r.out / "runs" / name
+    work.mkdir(parents=True, exist_ok=True)
+    mesh = work / "mesh.data"
+    r.execute([sys.executable, ROOT / "tools" / "layers2data", mesh, "--axis", "z", "--layer", "lower", "0.003", "3", "1",
+               "--layer", "inter", "0.00076", "1", "5", "--layer", "upper", "0.003", "3", "1",
+               "--x", "-0.05", "50", "0.05", "--y", "-0.05", "50", "0.05"], work, work / "mesh.txt")
+    sample = r.lammps(name, PLATE / "in.laminated_plate",
+                      {"out": work, "mesh": mesh, "edge": "2e-3", "pictures": "no", "end": "3e-7" if r.quick else "4e-5",
+                       **dict(variables)}, folder=PLATE)
+    sample["loop_s"] = sample["all_loops_s"]
     return sample
 
 
@@ -341,6 +369,13 @@ CASES = {
     "dem": case_dem,
     "bpm": case_bpm,
     "bpm_spring": case_bpm_spring,
+    "event20000": lambda r: event(r, 20000),
+    "event200000": lambda r: event(r, 200000),
+    "event2000000": lambda r: event(r, 2000000),
+    "plate_elastic": lambda r: plate(r, "plate_elastic", {"stress": "1e30", "bond": 0}),
+    "plate": lambda r: plate(r, "plate"),
+    "plate_collect": lambda r: plate(r, "plate_collect", {"collect": 12}),
+    "plate_dem": lambda r: plate(r, "plate_dem", {"start": "all"}),
     "chute": case_chute,
     "lulesh": case_lulesh,
     "profile_elastic": profile_case("profile_elastic", {"stress": 1e30}),
@@ -348,7 +383,7 @@ CASES = {
     "profile_rebuild": profile_case("profile_rebuild", {"stress": 1e30, "rebuild": "yes", "number": 200}),
     "profile_dem": profile_case("profile_dem", {"variant": "dem", "number": 300}),
 }
-ONCE_OR_TWICE = {"size2000000": 2, "bpm": 3}  # the long ones: at most so many rounds
+ONCE_OR_TWICE = {"size2000000": 2, "bpm": 3, "plate": 2, "plate_collect": 2, "plate_dem": 1, "event2000000": 2}  # the long ones: at most so many rounds
 
 
 # ---- profiles -----------------------------------------------------------------------------------
@@ -556,6 +591,31 @@ def row_event(s):
     ]
 
 
+EVENTS = ["event20000", "event200000", "event2000000"]
+
+
+def row_event_size(s):
+    lines = []
+    for case in EVENTS:
+        traces = [t for t in s.of.get(case, []) if t]
+        cost = conversion_cost(traces)
+        if cost:
+            hexes = f"{traces[0]['hexes']:,}".replace(",", " ")
+            lines.append(Line(f"one conversion event beside {hexes} hexes: extra time in ordinary steps (median)", "steps",
+                              [statistics.median(c for _, c in cost)], 0.05, -1, f"{len(cost)} events"))
+    return lines
+
+
+def row_plate(s):
+    return [
+        Line("laminated plate 2 mm, 40 us, elastic", "s", s.values("plate_elastic", "loop_s")),
+        Line("laminated plate: adaptive by elastic", "", s.ratios("plate", "plate_elastic"), 3.0, -1),
+        Line("laminated plate: pure DEM by adaptive", "", s.ratios("plate_dem", "plate"), 8.0),
+        Line("laminated plate with `collect 12`: adaptive by elastic", "", s.ratios("plate_collect", "plate_elastic"), 3.0, -1),
+        Line("laminated plate with `collect 12`: pure DEM by adaptive", "", s.ratios("plate_dem", "plate_collect"), 8.0),
+    ]
+
+
 def row_ranks(s):
     few = "" if len(os.sched_getaffinity(0)) >= 2 else "fewer than two cores here"
     return [Line("two ranks, block of 200 000 hexes: speed-up", "", s.ratios("ranks1", "ranks2"), 1.8, note=few)]
@@ -598,6 +658,8 @@ ROWS = {
     "adaptive": (row_adaptive, ["adaptive", "dem", "bpm"]),
     "two_clocks": (row_two_clocks, ["two_clocks", "adaptive"]),
     "event": (row_event, ["trace"]),
+    "event_size": (row_event_size, EVENTS[:2]),
+    "plate": (row_plate, ["plate_elastic", "plate", "plate_collect", "plate_dem"]),
     "ranks": (row_ranks, ["ranks1", "ranks2"]),
     "size": (row_size, SIZES),
     "peers": (row_peers, ["chute", "lulesh"]),
@@ -732,6 +794,7 @@ def main():
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--rounds", type=int)
     parser.add_argument("--profile", action="store_true")
+    parser.add_argument("--large", action="store_true", help="event_size also with 2 000 000 hexes")
     parser.add_argument("--page", type=Path)
     parser.add_argument("rows", nargs="*", help=", ".join(ROWS))
     args = parser.parse_args()
@@ -751,6 +814,8 @@ def main():
         print(f"benchmarks: load {about['load_before']:.1f} before the first run: something else is running", file=sys.stderr)
 
     cases = list(dict.fromkeys(c for r in rows for c in ROWS[r][1]))
+    if args.large and "event_size" in rows:
+        cases += EVENTS[2:]
     if args.profile:
         cases += [c for c in PROFILES if c not in cases]
     samples = Samples()

@@ -161,40 +161,103 @@ void ContactPoints::sort_facets()
 
 void ContactPoints::find_near()
 {
-  for (std::size_t n = 0; n < points.size(); n++) {
+  const int count = static_cast<int>(points.size());
+  for (int n = 0; n < count;) {
     const Point &p = points[n];
-    const bool is_node = p.de < 0;
-    const std::size_t before = near.size();
-    for (std::size_t l = 0; l < lists[!is_node].size(); l++) {
-      const auto &list = lists[!is_node][l];
-      if (is_node && !(there[l][list.cell_of(scene->particles.at(p.particle))] & p.against))
-        continue;
-      look_around(static_cast<int>(n), list);
+    if (p.de >= 0) {
+      const int last = group_of_des(n);
+      find_near_group(n, last);
+      n = last;
+      continue;
     }
-    if (near.size() > before + 1)
-      std::sort(near.begin() + before, near.end(), [&](const auto &a, const auto &b) {
-        return facets->by_identity(a.second, b.second);
-      });
+    const std::size_t before = near.size();
+    for (std::size_t l = 0; l < lists[0].size(); l++)
+      if (there[l][lists[0][l].cell_of(scene->particles.at(p.particle))] & p.against)
+        look_around(n, lists[0][l]);
+    sort_near(before);
+    n++;
+  }
+}
+
+void ContactPoints::sort_near(std::size_t before)
+{
+  if (near.size() > before + 1)
+    std::sort(near.begin() + before, near.end(), [&](const auto &a, const auto &b) {
+      return facets->by_identity(a.second, b.second);
+    });
+}
+
+/* ----------------------------------------------------------------------
+   DEs that follow each other in the list and are near each other look around together; returns the one behind
+   the last
+------------------------------------------------------------------------- */
+
+int ContactPoints::group_of_des(int first)
+{
+  constexpr int most = 8;
+  const double wide = 1.5 * facets->largest_extent();
+  double lo[3], hi[3];
+  group.radius = 0.0;
+  int last = first;
+  for (; last < static_cast<int>(points.size()) && last < first + most; last++) {
+    const double *x = scene->particles.at(points[last].particle);
+    double square = 0.0, low[3], high[3];
+    for (int d = 0; d < 3; d++) {
+      low[d] = last == first ? x[d] : std::min(lo[d], x[d]);
+      high[d] = last == first ? x[d] : std::max(hi[d], x[d]);
+      square += (high[d] - low[d]) * (high[d] - low[d]);
+    }
+    if (square > wide * wide) break;
+    std::copy_n(low, 3, lo);
+    std::copy_n(high, 3, hi);
+    group.radius = 0.5 * std::sqrt(square);
+  }
+  for (int d = 0; d < 3; d++) group.x[d] = 0.5 * (lo[d] + hi[d]);
+  return last;
+}
+
+void ContactPoints::find_near_group(int first, int last)
+{
+  double reach = 0.0;
+  for (int n = first; n < last; n++)
+    reach = std::max(reach, std::max(points[n].r, points[n].aside));
+  reach += group.radius * (1.0 + 1e-9) + 1.5 * scene->skin;
+  around.clear();
+  for (const auto &list : lists[1])
+    list.runs_around(
+        group.x,
+        [&](int begin, int end) {
+          for (int c = begin; c < end; c++) {
+            const Candidate &f = list.all()[c];
+            const double cut = 1.5 * f.extent + reach;
+            if (dist_sq(group.x, f.x) <= cut * cut) around.push_back(f);
+          }
+        },
+        group.radius);
+  for (int n = first; n < last; n++) {
+    const std::size_t before = near.size();
+    for (const Candidate &f : around) look_at(n, f);
+    sort_near(before);
   }
 }
 
 void ContactPoints::look_around(int n, const List &list)
 {
-  const Point &p = points[n];
-  const double *xp = scene->particles.at(p.particle);
-  const bool is_node = p.de < 0, rigid = scene->parts[p.part].rigid;
-  const double drift = 1.5 * scene->skin;
-  const double reach = (is_node ? 1.5 * p.aside : std::max(p.r, p.aside));
-  list.runs_around(xp, [&](int first, int last) {
-    for (int c = first; c < last; c++) {
-      const Candidate &f = list.all()[c];
-      if (is_node && !(f.directions & p.against)) continue;
-      const double cut = 1.5 * f.extent + reach + drift;
-      if (dist_sq(xp, f.x) > cut * cut) continue;
-      if (rigid && tables->facets[f.facet].k_area < 0.0) continue;
-      if (may_touch(p, f)) near.emplace_back(n, f.facet);
-    }
+  list.runs_around(scene->particles.at(points[n].particle), [&](int first, int last) {
+    for (int c = first; c < last; c++) look_at(n, list.all()[c]);
   });
+}
+
+inline void ContactPoints::look_at(int n, const Candidate &f)
+{
+  const Point &p = points[n];
+  const bool is_node = p.de < 0;
+  if (is_node && !(f.directions & p.against)) return;
+  const double reach = (is_node ? 1.5 * p.aside : std::max(p.r, p.aside));
+  const double cut = 1.5 * f.extent + reach + 1.5 * scene->skin;
+  if (dist_sq(scene->particles.at(p.particle), f.x) > cut * cut) return;
+  if (scene->parts[p.part].rigid && tables->facets[f.facet].k_area < 0.0) return;
+  if (may_touch(p, f)) near.emplace_back(n, f.facet);
 }
 
 bool ContactPoints::may_touch(const Point &p, const Candidate &f)

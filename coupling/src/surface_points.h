@@ -40,6 +40,12 @@ class ContactPoints {
   std::vector<int> part_of;                  // of owned nodes on free surfaces
   std::vector<int> first_corner, corners;    // free facets of each owned node
   std::vector<std::pair<int, int>> near;     // indices of point and facet
+  struct Group {
+    double
+        x[3];    // of DEs one after the other that are near each other, as those of one element are
+    double radius;    // 0: of one DE
+  } group;
+  std::vector<Candidate> around;    // all that DEs of a group may be near
   // for nodes and for DEs, one list for each class of sizes
   std::vector<List> lists[2];
   std::vector<std::vector<unsigned>>
@@ -50,6 +56,10 @@ class ContactPoints {
   void sort_facets();
   void find_near();
   void look_around(int n, const List &);
+  void look_at(int n, const Candidate &);
+  int group_of_des(int first);
+  void find_near_group(int first, int last);
+  void sort_near(std::size_t before);
   bool may_touch(const Point &, const Candidate &);
   bool joined(int node, const ContactFacet &) const;
   bool faces_it(int node, int facet) const;

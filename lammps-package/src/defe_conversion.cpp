@@ -89,7 +89,9 @@ bool DefeConversion::any_start() const
 
 void DefeConversion::mark_start()
 {
-  for (const auto &b : sys.elements.batches()) {
+  const auto &batches = sys.elements.batches();
+  for (size_t k = 0; k < batches.size(); k++) {
+    const DefeBatch &b = batches[k];
     const DefePart &p = sys.model.parts[b.part()];
     if (!b.convertible || p.start.empty()) continue;
     for (int e = 0; e < b.size(); e++) {
@@ -102,7 +104,7 @@ void DefeConversion::mark_start()
         domain->remap(c);
         in = region->match(c[0], c[1], c[2]) != 0;
       }
-      b.hex[e]->marked = in;
+      if (in) sys.elements.mark(static_cast<int>(k), e);
     }
   }
 }
@@ -275,10 +277,9 @@ void DefeConversion::record_conversion(const Own &o)
 void DefeConversion::collect_marked(Draft &c)
 {
   double **x = atom->x;
-  for (const auto &b : sys.elements.batches()) {
-    if (!b.convertible) continue;
-    for (int e = 0; e < b.size(); e++)
-      if (b.hex[e]->marked) c.own.push_back({b.hex[e], nullptr, &b.nodes(e), &b.kernel()});
+  for (const auto &one : sys.elements.marked()) {
+    const DefeBatch &b = sys.elements.batches()[one.first];
+    c.own.push_back({b.hex[one.second], nullptr, &b.nodes(one.second), &b.kernel()});
   }
   std::sort(c.own.begin(), c.own.end(), [](const auto &p, const auto &q) {
     return p.hex->id < q.hex->id;

@@ -68,10 +68,11 @@ void DefeElements::add(HexRecord &h, const std::array<int, 8> &idx)
     h.kernel = batch_of(h.part, X);
   }
   DefeBatch &b = all[h.kernel];
-  if (sys.model.contact() && std::any_of(std::begin(h.nb), std::end(h.nb), [](tagint nb) {
+  if (std::any_of(std::begin(h.nb), std::end(h.nb), [](tagint nb) {
         return nb <= 0;
       }))
     exposed_.emplace_back(h.kernel, b.size());
+  if (h.marked) marked_.emplace_back(h.kernel, b.size());
   double *history = nullptr;
   if (b.history_size() > 0) {
     auto &list = h.with_extra().history;
@@ -100,6 +101,25 @@ void DefeElements::clear()
     b.hex.clear();
   }
   exposed_.clear();
+  marked_.clear();
+}
+
+/* ----------------------------------------------------------------------
+   elements that are to convert are few, and are not looked for among all
+------------------------------------------------------------------------- */
+
+void DefeElements::mark(int batch, int e)
+{
+  HexRecord &h = *all[batch].hex[e];
+  if (h.marked) return;
+  h.marked = 1;
+  marked_.emplace_back(batch, e);
+}
+
+void DefeElements::unmark_all()
+{
+  for (const auto &one : marked_) all[one.first].hex[one.second]->marked = 0;
+  marked_.clear();
 }
 
 void DefeElements::forget()

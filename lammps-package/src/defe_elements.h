@@ -38,8 +38,12 @@ class DefeElements : protected DefeComponent {
   explicit DefeElements(DefeSystem &);
 
   const std::vector<DefeBatch> &batches() const { return all; }
-  /** Batch and number of elements with free faces. */
+  /** Batch and number of elements with free faces, or with DEs behind a face. */
   const std::vector<std::pair<int, int>> &exposed() const { return exposed_; }
+  /** The same of those that are to convert (HexPod::marked). */
+  const std::vector<std::pair<int, int>> &marked() const { return marked_; }
+  void mark(int batch, int e);
+  void unmark_all();
   int history_most() const;    // doubles of material history that an element has
   void look_at_histories();
 
@@ -65,7 +69,7 @@ class DefeElements : protected DefeComponent {
 
  private:
   std::vector<DefeBatch> all;
-  std::vector<std::pair<int, int>> exposed_;
+  std::vector<std::pair<int, int>> exposed_, marked_;
   std::vector<double> scratch;
   int history_read = 0;
 

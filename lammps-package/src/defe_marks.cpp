@@ -14,8 +14,6 @@
 
 #include "defe/fe/hex8.h"
 
-#include <algorithm>
-
 using namespace LAMMPS_NS;
 using defe::Vec3;
 using defe::fe::HexCoords;
@@ -35,6 +33,23 @@ DefeMarks::~DefeMarks()
    has these as ghosts
 ------------------------------------------------------------------------- */
 
+// with "check yes": the list of elements that are to convert is what a look at all of them finds
+
+static void check_list(const DefeSystem &sys, const std::unordered_set<tagint> &asked)
+{
+  size_t marked = 0, missed = 0;
+  for (const auto &b : sys.elements.batches())
+    for (const auto *h : b.hex) {
+      marked += h->marked != 0;
+      missed += b.convertible && !h->marked && asked.count(h->id);
+    }
+  if (missed || marked != sys.elements.marked().size())
+    sys.lmp->error->one(FLERR,
+                        "Fix defe at step {}: {} elements are marked, {} are listed, {} that "
+                        "cracks ask for are not",
+                        sys.lmp->update->ntimestep, marked, sys.elements.marked().size(), missed);
+}
+
 void DefeMarks::mark_asked()
 {
   if (!cracks_ask_) return;
@@ -46,11 +61,14 @@ void DefeMarks::mark_asked()
   }
   if (comm->nprocs > 1 || atom->nghost > 0) sys.ghosts.forward(asked, MESSAGE_SIZE);
   asked.at.clear();
-  if (asked.known.empty()) return;
-  for (const auto &b : sys.elements.batches())
-    if (b.convertible)
-      for (auto *h : b.hex)
-        if (asked.known.count(h->id)) h->marked = 1;
+  // a face of each has DEs before it
+  if (!asked.known.empty())
+    for (const auto &one : sys.elements.exposed()) {
+      const DefeBatch &b = sys.elements.batches()[one.first];
+      if (b.convertible && asked.known.count(b.hex[one.second]->id))
+        sys.elements.mark(one.first, one.second);
+    }
+  if (sys.model.checking) check_list(sys, asked.known);
 }
 
 int DefeMarks::Asked::pack_forward(int n, const int *list, const double *, double *buf)
@@ -135,16 +153,17 @@ bool DefeMarks::closes(bigint evaluation) const
 
 void DefeMarks::mark()
 {
-  for (const auto &b : sys.elements.batches())
-    if (b.convertible) mark_batch(b);
+  for (size_t k = 0; k < sys.elements.batches().size(); k++) mark_batch(static_cast<int>(k));
   if (!closes(update->ntimestep)) return;
   // only what cracks ask for now: those that have asked before do so again, unless they have turned away
   if (!sys.joints.asking.empty()) marked_here = MAX(marked_here, 1);
   ask();
 }
 
-void DefeMarks::mark_batch(const DefeBatch &b)
+void DefeMarks::mark_batch(int k)
 {
+  const DefeBatch &b = sys.elements.batches()[k];
+  if (!b.convertible) return;
   const DefePart &p = sys.model.parts[b.part()];
   const double limit = p.criterion->limit();
   const double *bound = b.bounds();
@@ -159,7 +178,7 @@ void DefeMarks::mark_batch(const DefeBatch &b)
     Vec3 direction(1.0, 0.0, 0.0);
     const double value = value_of(b, e, direction);
     if (!(value > limit) || is_shielded(h, p, value, direction)) continue;
-    h.marked = 1;
+    sys.elements.mark(k, e);
     marked_here = MAX(marked_here, 1);
     if (!h.extra || h.extra->shields.empty()) note_jump(h.id, value / limit);
   }
@@ -174,11 +193,8 @@ void DefeMarks::begin_run()
   convert_step = -1;    // what is marked is scheduled anew
   jump = Jump();
   const auto &subcycle = sys.clock.subcycle();
-  if (subcycle.due() && sys.model.collect == 1)
-    for (const auto &b : sys.elements.batches())
-      if (b.convertible)
-        for (auto *h : b.hex) h->marked = 0;
-  marked_here = has_marked();
+  if (subcycle.due() && sys.model.collect == 1) sys.elements.unmark_all();
+  marked_here = !sys.elements.marked().empty();
   if (subcycle.due())
     mark();
   else if (subcycle.phase() < subcycle.steps_of_impulse() &&
@@ -187,16 +203,6 @@ void DefeMarks::begin_run()
     MPI_Allreduce(&mine, &all, 1, MPI_INT, MPI_MAX, world);
     if (all) schedule(subcycle.steps_of_impulse() - subcycle.phase());
   }
-}
-
-bool DefeMarks::has_marked() const
-{
-  for (const auto &b : sys.elements.batches())
-    if (b.convertible && std::any_of(b.hex.begin(), b.hex.end(), [](const HexRecord *h) {
-          return h->marked;
-        }))
-      return true;
-  return false;
 }
 
 /* ----------------------------------------------------------------------

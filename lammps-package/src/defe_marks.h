@@ -65,8 +65,7 @@ class DefeMarks : protected DefeComponent {
 
   double value_of(const DefeBatch &, int e, defe::Vec3 &direction) const;
   bool is_shielded(HexRecord &, const DefePart &, double value, const defe::Vec3 &direction) const;
-  void mark_batch(const DefeBatch &);
-  bool has_marked() const;
+  void mark_batch(int batch);
   bool closes(bigint evaluation) const;
   void schedule(int steps);
   void ask();

@@ -31,9 +31,10 @@ namespace {
 /** Contacts of an atom from step to step. */
 class Touches : public defe::ContactMemory {
  public:
-  explicit Touches(DefeSystem &s) : sys(s) {}
+  Touches(DefeSystem &s, std::vector<char> &all) : sys(s), met(all) {}
   defe::ContactHistory *find(int i, int part) override
   {
+    if (!met[i]) return nullptr;
     AtomTouch *t = sys.store.touches(i);
     if (t)
       for (auto &face : t->faces)
@@ -42,6 +43,7 @@ class Touches : public defe::ContactMemory {
   }
   defe::ContactHistory &make(int i, int part) override
   {
+    met[i] = 1;
     auto &list = sys.store.touch_at(i).faces;
     list.emplace_back();
     list.back().part = part;
@@ -75,6 +77,7 @@ class Touches : public defe::ContactMemory {
 
  private:
   DefeSystem &sys;
+  std::vector<char> &met;
 };
 
 }    // namespace
@@ -95,6 +98,11 @@ void DefeSurface::build()
   search->run(tables);
   pack_facet_nodes();
   planes_fresh = true;
+  met.assign(atom->nlocal, 0);
+  for (const auto &p : tables.points) {
+    const AtomTouch *t = sys.store.touches(p.atom);
+    met[p.atom] = t && !t->faces.empty();
+  }
 }
 
 void DefeSurface::forget()
@@ -170,7 +178,7 @@ void DefeSurface::forces(double *virial)
 {
   if (!planes_fresh) update_planes();
   planes_fresh = false;
-  Touches memory(sys);
+  Touches memory(sys, met);
   auto a = arrays(virial != nullptr);
   a.changed = to_book;
   const auto r = defe::surface_forces(tables, a, memory);
@@ -214,7 +222,7 @@ void DefeSurface::begin_conversion()
   if (!sys.model.contact()) return;
   update_planes();
   planes_fresh = false;
-  Touches memory(sys);
+  Touches memory(sys, met);
   auto a = arrays(false);
   a.energy_only = true;
   const auto r = defe::surface_forces(tables, a, memory);

@@ -65,6 +65,9 @@ class DefeSurface : protected DefeComponent {
   bool planes_fresh = false;                      // they are of the positions now
   bool to_book = false;      // a conversion waits for the contact energy of its DEs
   std::vector<int> fresh;    // owned DEs that were just born
+  // owned atoms that may have contacts: most points have none, and to ask each of their records costs as much as
+  // all the rest
+  std::vector<char> met;
   double energy_ = 0.0;
 
   bigint through_count = 0;    // points that were let through, by this rank

@@ -107,14 +107,16 @@ template <class Item> class CellList {
   }
 
   /// f(first, last) for each run of indices into all().
-  template <class F> void runs_around(const double *x, F f) const
+  /// \param beyond  of the places around x that are meant
+  template <class F> void runs_around(const double *x, F f, double beyond = 0.0) const
   {
     if (items.empty()) return;
     int c[3];
     cells.of(x, c);
-    const int x0 = std::max(c[0] - far, 0), x1 = std::min(c[0] + far, cells.n[0] - 1);
-    for (int k = std::max(c[2] - far, 0); k <= std::min(c[2] + far, cells.n[2] - 1); k++)
-      for (int j = std::max(c[1] - far, 0); j <= std::min(c[1] + far, cells.n[1] - 1); j++)
+    const int wide = far + static_cast<int>(std::ceil(beyond * cells.inverse));
+    const int x0 = std::max(c[0] - wide, 0), x1 = std::min(c[0] + wide, cells.n[0] - 1);
+    for (int k = std::max(c[2] - wide, 0); k <= std::min(c[2] + wide, cells.n[2] - 1); k++)
+      for (int j = std::max(c[1] - wide, 0); j <= std::min(c[1] + wide, cells.n[1] - 1); j++)
         f(start[cells.index(x0, j, k)], start[cells.index(x1, j, k) + 1]);
   }
 
