@@ -72,7 +72,8 @@ CohesiveResult cohesive_update(CohesiveState &state, double de_n, const Vec3 &de
                                const JointStiffness &k, const CohesiveParameters &p)
 {
   const double kappa0 = state.s0 / k.k_n;
-  const double delta_c = 2.0 * p.G_f / state.s0;
+  const SofteningCurve &curve = softening_curve(p.softening);
+  const double delta_c = curve.length(state.s0, p.G_f);
   const double old_e_n = state.e_n, old_kappa = state.kappa;
   const Vec3 old_e_s = state.e_s;
 
@@ -85,8 +86,7 @@ CohesiveResult cohesive_update(CohesiveState &state, double de_n, const Vec3 &de
   double dissipated = 0.0;
   const double kappa = std::min(now, kappa0 + delta_c);
   if (kappa > state.kappa && now > before) {
-    // w = (1 + kappa0/delta_c)(1 - kappa0/kappa), so Y dw with Y = (k_n <e_n>^2 + k_s |e_s|^2)/2
-    // is (Y/kappa^2) (1 + kappa0/delta_c) kappa0 dkappa, and Y/kappa^2 depends on the direction of
+    // Y dw with Y = (k_n <e_n>^2 + k_s |e_s|^2)/2 is (Y/kappa^2) kappa^2 dw, and Y/kappa^2 depends on the direction of
     // the stretch only: trapezoidal rule over the part of the increment that does damage. While the joint
     // is closed on the way there, its opening does not count.
     const double opens = old_e_n < 0.0 && state.e_n > 0.0 ? -old_e_n / de_n : 0.0;
@@ -102,17 +102,17 @@ CohesiveResult cohesive_update(CohesiveState &state, double de_n, const Vec3 &de
       return 0.5 * (k.k_n * e_n * e_n + k.k_s * e_s.squaredNorm()) / (size * size);
     };
     const double mean = 0.5 * (direction(state.kappa) + direction(kappa));
-    dissipated = mean * (1.0 + kappa0 / delta_c) * kappa0 * (kappa - state.kappa);
+    dissipated = curve.dissipated(mean, state.kappa, kappa, kappa0, delta_c);
     state.kappa = kappa;
   }
 
   CohesiveResult r;
-  r.damage = std::min((state.kappa - kappa0) / delta_c, 1.0);
+  r.damage = std::min(curve.damage(kappa0, state.kappa, kappa0, delta_c), 1.0);
   r.broken = state.kappa >= kappa0 + delta_c;
   if (r.broken) r.damage = 1.0;    // whatever the rounding of the quotient
   const double intact_before = old_kappa >= kappa0 + delta_c
       ? 0.0
-      : kappa0 / old_kappa * (1.0 - (old_kappa - kappa0) / delta_c);
+      : kappa0 / old_kappa * (1.0 - curve.damage(kappa0, old_kappa, kappa0, delta_c));
   const Pull old = pull(old_e_n, old_e_s, intact_before, k);
   const Pull now_pull = pull(state.e_n, state.e_s, kappa0 / state.kappa * (1.0 - r.damage), k);
   r.t_n = now_pull.t_n;

@@ -31,7 +31,8 @@ namespace {
   {
     const double c = g.d.dot(m), along = std::min(c * c / g.d.squaredNorm(), 1.0);
     const double weight = par.reciprocal ? 1.0 / par.beta : par.beta;
-    return {par.sigma_t, par.G_f, weight * along + std::max(weight, 1.0) * (1.0 - along), false};
+    return {par.sigma_t, par.G_f, weight * along + std::max(weight, 1.0) * (1.0 - along), false,
+            par.softening};
   }
 
   struct Frame {
@@ -82,7 +83,7 @@ namespace {
     joint.k_m = k.k_n;
     joint.k_p = k.k_s;
     joint.s0 = par.sigma_t;
-    joint.kappa = par.sigma_t / k.k_n + 2.0 * par.G_f / par.sigma_t;
+    joint.kappa = par.sigma_t / k.k_n + softening_curve(par.softening).length(par.sigma_t, par.G_f);
     joint.broken = 1;
   }
 
@@ -388,8 +389,9 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
     const Vec3 de_p = (e - before) - de_m * m;
     const CohesiveResult r =
         cohesive_update(state, de_m, de_p, {joint.k_m, k_c, joint.k_p}, oblique(par, geometry, m));
-    const double delta_c = 2.0 * par.G_f / joint.s0;
-    const double more_damage = (state.kappa - joint.kappa) / delta_c;
+    const SofteningCurve &curve = softening_curve(par.softening);
+    const double more_damage = curve.damage(joint.kappa, state.kappa, joint.s0 / joint.k_m,
+                                            curve.length(joint.s0, par.G_f));
     joint.kappa = state.kappa;
     out.dissipated = p.area * r.dissipated;
     out.fracture = out.dissipated - more_damage * joint.taken;

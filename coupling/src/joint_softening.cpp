@@ -26,8 +26,9 @@ SofteningStep soften(SofteningJoint &joint, const Vec3 &normal, double length, c
   r = cohesive_update(state, length - joint.length0 - state.e_n, slip, stiffness, law);
   if (moving) state.pack(joint.state);
 
-  const double delta_c = 2.0 * law.G_f / state.s0;
-  const double share = delta_c / (delta_c + state.s0 / stiffness.k_n);
+  // G_f of the whole, G_f + s0^2/(2 k_n), both over s0/2
+  const double of_crack = 2.0 * law.G_f / state.s0;
+  const double share = of_crack / (of_crack + state.s0 / stiffness.k_n);
   const double lost = joint.area * r.dissipated;
   step.fracture = share * lost;
   step.released = (1.0 - share) * lost;

@@ -321,7 +321,8 @@ void DefeChecks::time_step(bool changed)
   const int every = sys.clock.subcycle().every();
   checked_dt = dt;
   if (!(dt >= 0.0))
-    error->all(FLERR, "Time step {} is negative or no number: fix defe cannot run backwards", dt);
+    error->all(FLERR, "Time step {} is negative or not a number: fix defe cannot run backwards",
+               dt);
   if (dt_finite > 0.0 && every * dt > dt_finite)
     error->all(FLERR,
                "Time step {}{}{} is above the stable step of the finite elements {:.6g}: use a "

@@ -147,7 +147,7 @@ void DefeEnergyWatch::look()
     if (!std::isfinite(w[k]))
       error->all(
           FLERR,
-          "Entry {} of f_{} is no number at step {}: a coefficient of pair_coeff or fix defe "
+          "Entry {} of f_{} is not a number at step {}: a coefficient of pair_coeff or fix defe "
           "is beyond all bounds, or the run has become unstable (use a smaller timestep)",
           k + 1, sys.host->id, update->ntimestep);
   if (!on || !balance_known) return;

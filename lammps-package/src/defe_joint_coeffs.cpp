@@ -101,6 +101,8 @@ void JointCoeffReader::read_words(defe::JointCoeff &c)
       c.cohesive.reciprocal = true;
     else if (word == "lattice")
       c.lattice = true;
+    else if (const int curve = defe::find_softening_curve(word); curve >= 0)
+      c.cohesive.softening = static_cast<unsigned char>(curve);
     else if (word == "overstrength" || word == "scatter") {
       if (iarg + 1 >= narg) utils::missing_cmd_args(FLERR, "pair_coeff cohesive " + word, error);
       of_nuclei = word;

@@ -14,7 +14,7 @@
 namespace LAMMPS_NS {
 
 /** Reads the arguments of pair_coeff: I J connective (E nu | material) cohesive sigma_t G_f beta
-    [reciprocal] [lattice] [overstrength X] [scatter X] contact restitution friction. */
+    [reciprocal] [linear|exponential] [lattice] [overstrength X] [scatter X] contact restitution friction. */
 class JointCoeffReader : protected Pointers {
  public:
   JointCoeffReader(LAMMPS *, int narg, char **arg);

@@ -237,8 +237,12 @@ void DefeOptions::read_adhesive()
                arg[iarg + 1], arg[iarg + 2], a.law.sigma_t, a.law.G_f, a.law.beta);
   if (sys.model.adhesive_of(a.part, a.base))
     error->all(FLERR, "Fix defe adhesive {} {} is given twice", arg[iarg + 1], arg[iarg + 2]);
-  sys.model.adhesives.push_back(a);
   iarg += 6;
+  if (const int curve = iarg < narg ? defe::find_softening_curve(arg[iarg]) : -1; curve >= 0) {
+    a.law.softening = static_cast<unsigned char>(curve);
+    iarg++;
+  }
+  sys.model.adhesives.push_back(a);
 }
 
 /* ----------------------------------------------------------------------

@@ -37,7 +37,8 @@ DefeScript::Settings DefeScript::settings() const
     if (p.convertible) s["convert " + p.name] = p.criterion_words;
   for (const auto &a : sys.model.adhesives)
     s["adhesive " + sys.model.parts[a.part].name + " " + sys.model.parts[a.base].name] =
-        fmt::format("{} {} {}", a.law.sigma_t, a.law.G_f, a.law.beta);
+        fmt::format("{} {} {}", a.law.sigma_t, a.law.G_f, a.law.beta) +
+        (a.law.softening ? std::string(" ") + defe::softening_curve(a.law.softening).name() : "");
   return s;
 }
 

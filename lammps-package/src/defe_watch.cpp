@@ -87,7 +87,7 @@ void DefeWatch::stop_exploded() const
         describe(worst), fastest * update->dt, update->ntimestep);
   error->one(
       FLERR,
-      "{} has a position, velocity or force that is no number at step {}: the run has become "
+      "{} has a position, velocity or force that is not a number at step {}: the run has become "
       "unstable; use a smaller timestep, or look at what pushes it",
       describe(worst), update->ntimestep);
 }

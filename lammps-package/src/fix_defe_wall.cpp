@@ -256,8 +256,8 @@ void FixDefeWall::pre_neighbor()
       }
     }
   }
-  if (noted) sys->ledger.conv_strain += noted_energy - energy_now();
-  noted = false;
+  if (converting) sys->ledger.conv_strain += energy_before_conversion - energy_now();
+  converting = false;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -327,8 +327,8 @@ double FixDefeWall::energy_now()
 
 void FixDefeWall::note_energy()
 {
-  noted_energy = energy_now();
-  noted = true;
+  energy_before_conversion = energy_now();
+  converting = true;
 }
 
 /* ---------------------------------------------------------------------- */

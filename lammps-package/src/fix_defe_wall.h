@@ -83,8 +83,8 @@ class FixDefeWall : public Fix {
   double sums[4];         // the same, and the force on the wall
   double sums_all[4];
   bool summed = false;
-  double noted_energy = 0.0;
-  bool noted = false;
+  double energy_before_conversion = 0.0;
+  bool converting = false;
   double energy_now();
   bool depths_of(const Face &face, size_t wall, double *depth, defe::Vec3 *normal);
   void push_faces();

@@ -27,6 +27,7 @@ struct Laminate {
   double G = G_f;
   std::string options = " contact 0.2";
   std::string adhesive = "adhesive glass soft";
+  std::string curve;    // of softening
   std::string convert = "1e12 type 2 group particles start all";
 
   std::string header() const
@@ -39,7 +40,8 @@ struct Laminate {
         " 2500 material soft elastic 1e9 " + number(nu) + " 1100 convert glass " + convert +
         options;
     if (!adhesive.empty())
-      s += " " + adhesive + " " + number(sigma) + " " + number(G) + " " + number(beta);
+      s +=
+          " " + adhesive + " " + number(sigma) + " " + number(G) + " " + number(beta) + " " + curve;
     return s + "\n";
   }
   std::string motion() const
@@ -104,9 +106,11 @@ std::vector<double> run_apart(Lammps &lmp, int ties, int steps)
 // In pure tension every tie takes its fracture energy, whatever the time step makes of the switch.
 TEST(Adhesive, PulledApartTakesFractureEnergy)
 {
-  for (double beta : {0.0, 0.5}) {
+  for (const std::string curve : {"", "linear", "exponential"}) {
+    SCOPED_TRACE(curve);
     Laminate laminate;
-    laminate.beta = beta;
+    laminate.curve = curve;
+    laminate.beta = curve.empty() ? 0.0 : 0.5;
     laminate.options += " events adhesive.txt";
     remove_file("adhesive.txt");
     {
@@ -115,7 +119,7 @@ TEST(Adhesive, PulledApartTakesFractureEnergy)
       throw_glass(lmp, laminate.thickness, [](const Vec3 &) {
         return Vec3(0.0, 0.0, 20.0);
       });
-      const auto energy = run_apart(lmp, 4, 200);
+      const auto energy = run_apart(lmp, 4, curve == "exponential" ? 600 : 200);    // it has a tail
       EXPECT_NEAR(lmp.fe(FRACTURE) / (4.0 * G_f * area), 1.0, 1e-9);
       EXPECT_GE(lmp.fe(RELEASE), 0.0);
       EXPECT_LT(largest_deviation(energy), 2e-3 * energy.front());
@@ -254,9 +258,9 @@ TEST(Adhesive, TiedSpheresHaveNoContactWithTheirElements)
 }
 
 // Some ties broken, some softening: the same on any number of ranks, and after a restart.
-TEST(Adhesive, DecompositionAndRestart)
+/// On all ranks as on one, and over a restart.
+static void peel(Laminate &laminate)
 {
-  Laminate laminate;
   laminate.n = 4;
   laminate.nu = 0.2;
   const auto velocity = [](const Vec3 &x) {
@@ -299,6 +303,12 @@ TEST(Adhesive, DecompositionAndRestart)
     EXPECT_EQ(lmp.fe(TIES_SOFTENING), counts[1]);
     EXPECT_EQ(lmp.fe(TIES_BROKEN), counts[2]);
   }
+}
+
+TEST(Adhesive, DecompositionAndRestart)
+{
+  Laminate laminate;
+  peel(laminate);
   laminate.adhesive.clear();
   Lammps lmp;
   lmp.commands(laminate.header() + "read_restart adhesive.a\n" + laminate.fix() +
@@ -309,6 +319,13 @@ TEST(Adhesive, DecompositionAndRestart)
   } catch (std::exception &e) {
     EXPECT_THAT(e.what(), HasSubstr("give 'adhesive' as before the restart"));
   }
+}
+
+TEST(Adhesive, ExponentialSofteningOnAnyRanksAndOverARestart)
+{
+  Laminate laminate;
+  laminate.curve = "exponential";
+  peel(laminate);
 }
 
 // What cannot be meant stops with one line.

@@ -320,11 +320,11 @@ TEST(JointLocal, SofteningFollowsTheLaw)
   EXPECT_GT(lmp.fe(CONTACT), 0.0) << "a poor example";
 }
 
-// The same rows on any number of ranks, and after a restart in the middle.
-TEST(JointLocal, AnyRanksAndOverARestart)
+/// The same rows on any number of ranks, and after a restart in the middle.
+static void expect_the_same_on_any_ranks_and_over_a_restart(const std::string &curve)
 {
   Block block = cracking_beam();
-  block.coeff = "connective material cohesive 6e7 20.0 0.1 contact 0.9 0.2";
+  block.coeff = "connective material cohesive 6e7 20.0 0.1 " + curve + " contact 0.9 0.2";
   struct Flat {
     tagint a, b;
     int kind, state;
@@ -386,6 +386,16 @@ TEST(JointLocal, AnyRanksAndOverARestart)
   expect_same(here.first, flat(lmp), "restart, in the middle");
   lmp.run(60);
   expect_same(here.second, flat(lmp), "restart, at the end");
+}
+
+TEST(JointLocal, AnyRanksAndOverARestart)
+{
+  expect_the_same_on_any_ranks_and_over_a_restart("linear");
+}
+
+TEST(JointLocal, ExponentialSofteningOnAnyRanksAndOverARestart)
+{
+  expect_the_same_on_any_ranks_and_over_a_restart("exponential");
 }
 
 // Only joints both of whose DEs are in the group; dump local, compute reduce and fix ave/histo take it.

@@ -334,7 +334,7 @@ TEST(Balance, IsNotWatchedWithWorkThatIsNotSeen)
     }
 }
 
-// Energies that are no numbers end the run, on all ranks.
+// Energies that are not numbers end the run, on all ranks.
 TEST(Balance, NumbersThatAreNone)
 {
   Lammps lmp;
@@ -342,8 +342,8 @@ TEST(Balance, NumbersThatAreNone)
   if (rank_of(MPI_COMM_WORLD) == size_of(MPI_COMM_WORLD) - 1)
     defe_system(lmp).ledger.fracture = std::nan("");
   EXPECT_THAT(failure(lmp, "run 20"),
-              AllOf(HasSubstr("Entry 15 of f_fe is no number at step 30"), HasSubstr("pair_coeff"),
-                    HasSubstr("unstable")));
+              AllOf(HasSubstr("Entry 15 of f_fe is not a number at step 30"),
+                    HasSubstr("pair_coeff"), HasSubstr("unstable")));
 }
 
 // ---- time steps ----

@@ -9,16 +9,17 @@
 ///
 ///   t_n = (1 - w) k_n e_n  (e_n > 0),   k_c e_n  (e_n < 0, not damaged),   t_s = (1 - w) k_s e_s
 ///   s     = sqrt((k_n <e_n>)^2 + (beta k_s |e_s|)^2)        undamaged equivalent traction
-///   kappa = max over time of s / k_n,  kappa_0 = s_0 / k_n,  delta_c = 2 G_f / s_0
-///   D     = (kappa - kappa_0) / delta_c in [0, 1],   1 - w = (kappa_0 / kappa) (1 - D)
+///   kappa = max over time of s / k_n,  kappa_0 = s_0 / k_n
+///   D(kappa) in [0, 1],   1 - w = (kappa_0 / kappa) (1 - D)
 ///
-/// so that the equivalent traction falls linearly from s_0 to 0. D = 1 is broken, for good.
+/// so that the equivalent traction falls from s_0 to 0 as s_0 (1 - D), by a curve of softening_curve.h: linearly unless
+/// another is given, D = (kappa - kappa_0) / delta_c, delta_c = 2 G_f / s_0. D = 1 is broken, for good.
 /// Unloading goes to e = 0, the joint's natural length. Stored energy
 ///   psi = (1 - w) (k_n <e_n>^2 + k_s |e_s|^2) / 2 + k_c <-e_n>^2 / 2,
 /// dissipation (k_n <e_n>^2 + k_s |e_s|^2) / 2 dw >= 0 on every path.
 ///
 /// Pulled apart in tension, the joint takes the work G_f per area after the switch, exactly, and
-/// releases s_0 (kappa_0 + delta_c) / 2 in all: G_f plus the elastic energy that a lattice of this
+/// releases s_0 kappa_0 / 2 + G_f in all: G_f plus the elastic energy that a lattice of this
 /// spacing cannot resolve (strength-controlled, see toughness_limit()). In pure shear
 /// the work is G_f k_n / (beta^2 k_s).
 ///
@@ -26,15 +27,17 @@
 /// After Gao and Zang, Eng. Anal. Bound. Elem. 42 (2014) 27, made thermodynamically consistent; linear softening
 /// with G_f as its area is that of Hillerborg, Modeer and Petersson, Cem. Concr. Res. 6 (1976) 773.
 
+#include "defe/coupling/softening_curve.h"
 #include "defe/types.h"
 
 namespace defe {
 
 struct CohesiveParameters {
-  double sigma_t;     ///< tensile strength, > 0
-  double G_f;         ///< fracture energy per area, > 0
-  double beta;        ///< weight of the shear traction, >= 0 (> 0 if reciprocal)
-  bool reciprocal;    ///< shear enters as |t_s| / beta instead of beta |t_s|
+  double sigma_t;                 ///< tensile strength, > 0
+  double G_f;                     ///< fracture energy per area, > 0
+  double beta;                    ///< weight of the shear traction, >= 0 (> 0 if reciprocal)
+  bool reciprocal;                ///< shear enters as |t_s| / beta instead of beta |t_s|
+  unsigned char softening = 0;    ///< number of the curve, see softening_curve.h
 };
 
 /// Stiffness per area of a joint of length l: k_n = (lambda + 2 mu)/l in tension, k_c = E/l in
@@ -78,7 +81,7 @@ struct CohesiveResult {
 double equivalent_traction(double t_n, double t_s, const CohesiveParameters &);
 
 /// State at the switch. t_s is perpendicular to the normal; the equivalent traction must be > 0.
-/// delta_c is taken with the traction at the switch, which a time step may have carried above
+/// The curve is taken with the traction at the switch, which a time step may have carried above
 /// sigma_t, so that the fracture energy is G_f all the same.
 CohesiveState cohesive_start(double t_n, const Vec3 &t_s, const JointStiffness &,
                              const CohesiveParameters &);
@@ -92,7 +95,7 @@ CohesiveResult cohesive_update(CohesiveState &, double de_n, const Vec3 &de_s,
 void cohesive_rotate(CohesiveState &, const Vec3 &n_new);
 
 /// Work per area that a joint takes from the switch to the end, in tension, plus what it stores
-/// at the switch: s0 (s0/k_n + 2 G_f/s0) / 2.
+/// at the switch: s0^2/(2 k_n) + G_f.
 double cohesive_total_release(double s0, const JointStiffness &, const CohesiveParameters &);
 
 /// Joint length above which the elastic energy of a joint at sigma_t exceeds G_f, so that the
