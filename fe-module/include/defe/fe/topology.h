@@ -42,12 +42,6 @@ constexpr int hex_face_position(int face, int node)
   return -1;
 }
 
-/// The face opposite to `face`.
-constexpr int hex_opposite_face(int face)
-{
-  return face ^ 1;
-}
-
 /// A face as one element has it. Id: any integer type.
 template <class Id> struct ElementFace {
   Id key[4];     ///< its node IDs in ascending order: the same for both elements
