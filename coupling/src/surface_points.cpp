@@ -163,44 +163,30 @@ void ContactPoints::find_near()
 {
   const int count = static_cast<int>(points.size());
   for (int n = 0; n < count;) {
-    const Point &p = points[n];
-    if (p.de >= 0) {
-      const int last = group_of_des(n);
-      find_near_group(n, last);
-      n = last;
-      continue;
-    }
-    const std::size_t before = near.size();
-    for (std::size_t l = 0; l < lists[0].size(); l++)
-      if (there[l][lists[0][l].cell_of(scene->particles.at(p.particle))] & p.against)
-        look_around(n, lists[0][l]);
-    sort_near(before);
-    n++;
+    const int last = group_from(n);
+    find_near_group(n, last);
+    n = last;
   }
 }
 
-void ContactPoints::sort_near(std::size_t before)
-{
-  if (near.size() > before + 1)
-    std::sort(near.begin() + before, near.end(), [&](const auto &a, const auto &b) {
-      return facets->by_identity(a.second, b.second);
-    });
-}
-
 /* ----------------------------------------------------------------------
-   DEs that follow each other in the list and are near each other look around together; returns the one behind
-   the last
+   points that follow each other in the list and are near each other, as neighbours in a mesh and the DEs of one
+   element are, look around together; returns the one behind the last
 ------------------------------------------------------------------------- */
 
-int ContactPoints::group_of_des(int first)
+int ContactPoints::group_from(int first)
 {
   constexpr int most = 8;
   const double wide = 1.5 * facets->largest_extent();
+  const bool nodes = points[first].de < 0;
   double lo[3], hi[3];
-  group.radius = 0.0;
+  group.radius = group.reach = 0.0;
+  group.against = 0;
   int last = first;
   for (; last < static_cast<int>(points.size()) && last < first + most; last++) {
-    const double *x = scene->particles.at(points[last].particle);
+    const Point &p = points[last];
+    if ((p.de < 0) != nodes) break;
+    const double *x = scene->particles.at(p.particle);
     double square = 0.0, low[3], high[3];
     for (int d = 0; d < 3; d++) {
       low[d] = last == first ? x[d] : std::min(lo[d], x[d]);
@@ -211,50 +197,64 @@ int ContactPoints::group_of_des(int first)
     std::copy_n(low, 3, lo);
     std::copy_n(high, 3, hi);
     group.radius = 0.5 * std::sqrt(square);
+    group.reach = std::max(group.reach, reach_of(p));
+    group.against |= p.against;
   }
   for (int d = 0; d < 3; d++) group.x[d] = 0.5 * (lo[d] + hi[d]);
   return last;
 }
 
+double ContactPoints::reach_of(const Point &p) const
+{
+  return (p.de < 0 ? 1.5 * p.aside : std::max(p.r, p.aside)) + 1.5 * scene->skin;
+}
+
 void ContactPoints::find_near_group(int first, int last)
 {
-  double reach = 0.0;
-  for (int n = first; n < last; n++)
-    reach = std::max(reach, std::max(points[n].r, points[n].aside));
-  reach += group.radius * (1.0 + 1e-9) + 1.5 * scene->skin;
+  const int kind = points[first].de >= 0;
   around.clear();
-  for (const auto &list : lists[1])
+  for (std::size_t l = 0; l < lists[kind].size(); l++) {
+    const List &list = lists[kind][l];
+    if (kind == 0 && !any_against(l, first, last)) continue;
     list.runs_around(
         group.x,
         [&](int begin, int end) {
           for (int c = begin; c < end; c++) {
             const Candidate &f = list.all()[c];
-            const double cut = 1.5 * f.extent + reach;
+            if (kind == 0 && !(f.directions & group.against)) continue;
+            const double cut = 1.5 * f.extent + group.reach + group.radius * (1.0 + 1e-9);
             if (dist_sq(group.x, f.x) <= cut * cut) around.push_back(f);
           }
         },
         group.radius);
-  for (int n = first; n < last; n++) {
+  }
+  for (int n = first; n < last && !around.empty(); n++) {
     const std::size_t before = near.size();
     for (const Candidate &f : around) look_at(n, f);
-    sort_near(before);
+    if (near.size() > before + 1)
+      std::sort(near.begin() + before, near.end(), [&](const auto &a, const auto &b) {
+        return facets->by_identity(a.second, b.second);
+      });
   }
 }
 
-void ContactPoints::look_around(int n, const List &list)
+/* ----------------------------------------------------------------------
+   around one of these nodes there is a facet of list l that looks against it
+------------------------------------------------------------------------- */
+
+bool ContactPoints::any_against(std::size_t l, int first, int last) const
 {
-  list.runs_around(scene->particles.at(points[n].particle), [&](int first, int last) {
-    for (int c = first; c < last; c++) look_at(n, list.all()[c]);
-  });
+  for (int n = first; n < last; n++)
+    if (there[l][lists[0][l].cell_of(scene->particles.at(points[n].particle))] & points[n].against)
+      return true;
+  return false;
 }
 
 inline void ContactPoints::look_at(int n, const Candidate &f)
 {
   const Point &p = points[n];
-  const bool is_node = p.de < 0;
-  if (is_node && !(f.directions & p.against)) return;
-  const double reach = (is_node ? 1.5 * p.aside : std::max(p.r, p.aside));
-  const double cut = 1.5 * f.extent + reach + 1.5 * scene->skin;
+  if (p.de < 0 && !(f.directions & p.against)) return;
+  const double cut = 1.5 * f.extent + reach_of(p);
   if (dist_sq(scene->particles.at(p.particle), f.x) > cut * cut) return;
   if (scene->parts[p.part].rigid && tables->facets[f.facet].k_area < 0.0) return;
   if (may_touch(p, f)) near.emplace_back(n, f.facet);

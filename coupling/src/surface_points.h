@@ -41,11 +41,11 @@ class ContactPoints {
   std::vector<int> first_corner, corners;    // free facets of each owned node
   std::vector<std::pair<int, int>> near;     // indices of point and facet
   struct Group {
-    double
-        x[3];    // of DEs one after the other that are near each other, as those of one element are
-    double radius;    // 0: of one DE
+    double x[3], radius;    // of points that are near each other
+    double reach;           // the largest of a point
+    unsigned against;       // of all of them
   } group;
-  std::vector<Candidate> around;    // all that DEs of a group may be near
+  std::vector<Candidate> around;    // all that points of a group may be near
   // for nodes and for DEs, one list for each class of sizes
   std::vector<List> lists[2];
   std::vector<std::vector<unsigned>>
@@ -55,11 +55,11 @@ class ContactPoints {
   void find_points();
   void sort_facets();
   void find_near();
-  void look_around(int n, const List &);
   void look_at(int n, const Candidate &);
-  int group_of_des(int first);
+  int group_from(int first);
+  double reach_of(const Point &) const;
+  bool any_against(std::size_t list, int first, int last) const;
   void find_near_group(int first, int last);
-  void sort_near(std::size_t before);
   bool may_touch(const Point &, const Candidate &);
   bool joined(int node, const ContactFacet &) const;
   bool faces_it(int node, int facet) const;
