@@ -55,6 +55,12 @@ def ring_radii(cuts):
     return [float(np.mean(cuts.radius[ring & (sector == k)])) if (ring & (sector == k)).any() else math.nan for k in range(8)]
 
 
+def axes_to_diagonals(radii):
+    """Mean of the sectors on the axes to that of the others; of those that have a ring, if three of both have."""
+    axes, diagonals = (np.array(radii[k::2])[~np.isnan(radii[k::2])] for k in (0, 1))
+    return np.mean(axes) / np.mean(diagonals) if min(len(axes), len(diagonals)) > 2 else math.nan
+
+
 def measure(folder):
     """The ball hits at x = y = 0."""
     events, z = laminate.read_events(folder / "events.txt"), 1e3 * laminate.read_mesh(folder / "mesh.data")["x"][:, 2]
@@ -63,7 +69,7 @@ def measure(folder):
     return {
         "radial_cracks": radial_cracks(Cuts(events, z.min(), z.min() + LAYER)),
         "ring_mm": [number(r, 2) for r in radii],
-        "ring_axes_to_diagonals": number(np.mean(radii[::2]) / np.mean(radii[1::2]), 3),
+        "ring_axes_to_diagonals": number(axes_to_diagonals(radii), 3),
     }
 
 

@@ -43,7 +43,11 @@ class Cracks(unittest.TestCase):
         for r in circle:
             self.assertAlmostEqual(r, 12.0)
         square = cracks.ring_radii(cracks.Cuts(ring(lambda a: 12.0 / max(abs(math.cos(a)), abs(math.sin(a)))), 5.0, 6.0))
-        self.assertLess(np.mean(square[::2]) / np.mean(square[1::2]), 0.85)
+        self.assertLess(cracks.axes_to_diagonals(square), 0.85)
+        self.assertAlmostEqual(cracks.axes_to_diagonals(circle), 1.0)
+        nan = math.nan    # sectors without a ring are left out, if there are not too many
+        self.assertAlmostEqual(cracks.axes_to_diagonals([nan, 10.0, 12.0, 11.0, 14.0, 9.0, 13.0, 10.0]), 1.3)
+        self.assertTrue(math.isnan(cracks.axes_to_diagonals([nan, 10.0, nan, 11.0, 14.0, 9.0, 13.0, 10.0])))
         self.assertTrue(all(math.isnan(r) for r in cracks.ring_radii(cracks.Cuts([], 5.0, 6.0))))
 
     def test_conversions(self):
