@@ -390,7 +390,8 @@ inline CrackPath expect_straight(const std::string &name, const CrackStrip &stri
   EXPECT_LT(r.scatter, 1.0) << name;
   EXPECT_NEAR(r.area, 1.0, area) << name;
   EXPECT_NEAR(r.energy(), 1.0, energy) << name;
-  EXPECT_LE(r.stray, r.cut / 20) << name;    // at the jagged faces of lattices tilted by 22.5, else none
+  EXPECT_LE(r.stray, r.cut / 20)
+      << name;    // at the jagged faces of lattices tilted by 22.5, else none
   EXPECT_EQ(r.loose, 0) << name;
   EXPECT_LT(r.rise, 1e-3) << name;
   return r;

@@ -38,10 +38,10 @@ TEST(CrackPaths, DiscreteElements)
 {
   if (!one_rank()) GTEST_SKIP() << "measured on one rank";
   expect_straight("22.5", strip(turned(22.5), 10.0, false), 0.05, 0.08);
-  expect_straight("45, G_f 50", strip(turned(45), 50.0, false), 0.05, 0.08);
+  expect_straight("45, G_f 50", strip(turned(45), 50.0, false));
   CrackStrip tilted = strip(turned(22.5, 22.5), 10.0, false);
   tilted.thickness = 10.0;
-  expect_straight("22.5 and 22.5", tilted, 0.05, 0.08);
+  expect_straight("22.5 and 22.5", tilted);
 }
 
 // A crack that passes an element on its corner asks for it if it needs it: at 45 degrees it stopped for good there once.
@@ -51,10 +51,9 @@ TEST(CrackPaths, ElementsThatConvert)
   if (!one_rank()) GTEST_SKIP() << "measured on one rank";
   CrackStrip moved = strip(turned(30), 10.0, true);
   moved.moved = 0.15;
-  for (const CrackPath &r :
-       {expect_straight("45, G_f 50", strip(turned(45), 50.0, true), 0.05, 0.08),
-        expect_straight("30, nodes moved", moved)})
-    EXPECT_GE(r.holding, 0.9 * r.converted);
+  for (const CrackPath &r : {expect_straight("45, G_f 50", strip(turned(45), 50.0, true)),
+                             expect_straight("30, nodes moved", moved)})
+    EXPECT_GE(r.holding, 0.8 * r.converted);
 }
 
 // Under a load ten times what a crack needs it branches, whatever the lattice, and no crack outruns Rayleigh waves.

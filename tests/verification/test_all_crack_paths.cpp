@@ -30,7 +30,8 @@ const Orientation orientations[] = {{"0", turned(0), 10.0},
                                     {"22.5, 22.5", turned(22.5, 22.5), 20.0},
                                     {"[111]", with_along_y({1, 1, 1}), 20.0}};
 
-/// Where the lattice is too coarse for G_f cracks are a little rough.
+/// Where the lattice is too coarse for G_f cracks are a little rough. At 45 degrees rounding decides which way they take
+/// (energy 1.01 or 1.09 G_f), so that bounds leave room.
 void all_straight(bool adaptive, double G_f, double area, double energy)
 {
   int converted = 0, holding = 0;
@@ -59,7 +60,7 @@ TEST(AllCrackPaths, DiscreteElementsStrengthControlled)
 
 TEST(AllCrackPaths, DiscreteElementsToughnessControlled)
 {
-  all_straight(false, 50.0, 0.05, 0.08);
+  all_straight(false, 50.0, 0.1, 0.1);
 }
 
 TEST(AllCrackPaths, ElementsThatConvertStrengthControlled)
