@@ -270,16 +270,14 @@ Flight ugly_collision(unsigned seed)
 }    // namespace
 
 // The total, with what was let through, is constant. (Seeds 1 to 60 were run: at most 9e-5, but for 41 with
-// 1.2e-3, in which a node goes to and fro over the depth to which it can be followed.)
+// 1.2e-3, in which a node goes to and fro over the depth to which it can be followed. Five seconds for each.)
 TEST(Edges, UglyBodiesCollide)
 {
-  for (unsigned seed : {9u, 48u}) {
-    const Flight f = ugly_collision(seed);
-    EXPECT_LT(f.deviation, 1e-4) << "seed " << seed;
-    EXPECT_GT(f.contact, 0.02) << "seed " << seed;
-    EXPECT_LT(f.momentum, 1e-12) << "seed " << seed;
-    EXPECT_LT(f.angular, 1e-12) << "seed " << seed;
-  }
+  const Flight f = ugly_collision(48);
+  EXPECT_LT(f.deviation, 1e-4);
+  EXPECT_GT(f.contact, 0.02);
+  EXPECT_LT(f.momentum, 1e-12);
+  EXPECT_LT(f.angular, 1e-12);
 }
 
 // No jump at the start: what overlaps pushes nothing, and is eased out; the work of that is external.

@@ -2,7 +2,7 @@
 // the same elements convert at the same steps, the same joints soften and break, and all particles
 // are where they are on one rank.
 //
-// ranks: 1 2 3 4
+// ranks: 1 3 4
 // timeout: 400
 
 #include "events.h"

@@ -1,7 +1,7 @@
 // fix defe reproducible yes: every bit is the same on any number of ranks, any decomposition, and over
 // a restart: positions, velocities, spins, forces, records of DEs and elements, event files.
 //
-// ranks: 1 2 3 4
+// ranks: 1 3 4
 // timeout: 240
 
 #include "contact_scene.h"
