@@ -2,6 +2,8 @@
 
 #include "corner_metric.h"
 
+#include "defe/simd.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -198,11 +200,17 @@ namespace {
   ///   f_s = h_s/l_s [ N_s + mu (H_c B_b + H_b B_c) ] p_s.
   /// N_s holds the normal strains E_s = (p_s.p_s - 1)/2. Only its lambda part asks how many joints
   /// a corner has; if all are there, it separates as well.
-  template <bool FULL> void corner_forces(Chunk &k)
-  {
-    double E[6][W], H[3][W], mE[3][W], lam[6][W];
+  struct Sums {
+    double E[6][W], H[3][W];
+    double mE[3][W];      // sum over the two slots of an axis of h E
     double B[3][6][W];    // xx yy zz xy xz yz
+    double lam[6][W];     // sum over the four corners of a slot of w lambda_e tr E, over h
+    double lambda_energy[W];
+  };
 
+  template <bool FULL> DEFE_INLINE void sum_slots(const Chunk &k, Sums &sums)
+  {
+    auto &[E, H, mE, B, lam, lambda_energy] = sums;
     for (int s = 0; s < 6; ++s)
       for (int l = 0; l < W; ++l) {
         const double x = k.p[s][0][l], y = k.p[s][1][l], z = k.p[s][2][l];
@@ -228,9 +236,11 @@ namespace {
         B[a][5][l] = gy * pz + hy * qz;
       }
     }
+  }
 
-    // lam[s]: sum over the four corners of slot s of w lambda_e tr E, over h_s
-    double lambda_energy[W];
+  template <bool FULL> DEFE_INLINE void sum_traces(const Chunk &k, Sums &sums)
+  {
+    auto &[E, H, mE, B, lam, lambda_energy] = sums;
     if (FULL) {
       for (int a = 0; a < 3; ++a) {
         const int b = (a + 1) % 3, c = (a + 2) % 3;
@@ -268,7 +278,11 @@ namespace {
         }
       }
     }
+  }
 
+  DEFE_INLINE void forces_of(const Sums &sums, Chunk &k)
+  {
+    const auto &[E, H, mE, B, lam, lambda_energy] = sums;
     for (int a = 0; a < 3; ++a) {
       const int b = (a + 1) % 3, c = (a + 2) % 3;
       for (int l = 0; l < W; ++l) {
@@ -292,7 +306,11 @@ namespace {
         }
       }
     }
+  }
 
+  DEFE_INLINE void energy_of(const Sums &sums, Chunk &k)
+  {
+    const auto &[E, H, mE, B, lam, lambda_energy] = sums;
     for (int l = 0; l < W; ++l) k.energy[l] = lambda_energy[l];
     for (int a = 0; a < 3; ++a) {
       const int b = (a + 1) % 3, c = (a + 2) % 3;
@@ -306,6 +324,15 @@ namespace {
         k.energy[l] += k.mu[l] * (H[b][l] * H[c][l] * normal + 0.5 * H[a][l] * shear);
       }
     }
+  }
+
+  template <bool FULL> void corner_forces(Chunk &k)
+  {
+    Sums sums;
+    sum_slots<FULL>(k, sums);
+    sum_traces<FULL>(k, sums);
+    forces_of(sums, k);
+    energy_of(sums, k);
   }
 
   /// Each DE by the formula for all joints if it has all, whatever those beside it have.

@@ -162,6 +162,99 @@ struct CorotationalShape {
   CorotationalShape(const HexCoords &X, const Mat3 &Q);
 };
 
+namespace lanes {
+
+  /// D = gradient by natural coordinates times 8, H = D G with a diagonal G
+  DEFE_INLINE void to_local(const Pack D[3][3], const double G[3][3], Pack H[3][3])
+  {
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) H[i][j] = D[i][j] * G[j][j];
+  }
+
+  /// Displacement gradient at the centre, of modes.
+  DEFE_INLINE void centre_gradient(const Pack u[3][8], const CorotationalShape &shape, Pack H[3][3])
+  {
+    Pack D[3][3];
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) D[i][k] = u[i][1 << k];
+    to_local(D, shape.G[8], H);
+  }
+
+  /// u = R^T y - Y.
+  DEFE_INLINE void local_displacements(const Pack R[3][3], const Pack y[3][8],
+                                       const CorotationalShape &shape, Pack u[3][8])
+  {
+    for (int m = 1; m < 8; ++m)
+      for (int i = 0; i < 3; ++i) {
+        u[i][m] = R[0][i] * y[0][m] + R[1][i] * y[1][m] + R[2][i] * y[2][m];
+        if (m == 1 << i) u[i][m] -= shape.Y[i][m];
+      }
+  }
+
+  DEFE_INLINE Pack strain_energy(const Pack u[3][8], const Pack p[3][8])
+  {
+    Pack twice = Pack{};
+    for (int m = 1; m < 8; ++m)
+      for (int i = 0; i < 3; ++i) twice += u[i][m] * p[i][m];
+    return 0.5 * twice;
+  }
+
+  /// Moment m of the forces p, then q = (tr(U) I - U)^-1 m with U - I = the centre's strain.
+  DEFE_INLINE void rotation_response(const Pack u[3][8], const Pack p[3][8], const Pack strain[6],
+                                     Pack q[3])
+  {
+    for (int i = 0; i < 3; ++i) q[i] = Pack{};
+    for (int m = 1; m < 8; ++m) {
+      q[0] += u[1][m] * p[2][m] - u[2][m] * p[1][m];
+      q[1] += u[2][m] * p[0][m] - u[0][m] * p[2][m];
+      q[2] += u[0][m] * p[1][m] - u[1][m] * p[0][m];
+    }
+    const Pack A[6] = {2.0 + strain[1] + strain[2],
+                       2.0 + strain[0] + strain[2],
+                       2.0 + strain[0] + strain[1],
+                       -strain[3],
+                       -strain[4],
+                       -strain[5]};
+    solve_symmetric(A, q);
+  }
+
+  DEFE_INLINE Pack bound_at_gauss_points(const Pack u[3][8], const CorotationalShape &shape,
+                                         const BoundOfStrain &bound_of)
+  {
+    Pack D[3][3], H[3][3], strain[6], bound;
+    for (int point = 0; point < 8; ++point) {
+      gradient_at_gauss_point(u, point, D);
+      to_local(D, shape.G[point], H);
+      symmetric(H, strain);
+      const Pack here = bound_of(strain);
+      bound = point == 0 ? here : simd::max(here, bound);
+    }
+    return bound;
+  }
+
+  /// Takes the moment out of the forces p: what the rotation's dependence on the positions adds.
+  DEFE_INLINE void balance_moment(const Pack q[3], const CorotationalShape &shape, Pack p[3][8])
+  {
+    for (int k = 0; k < 3; ++k) {
+      const double *g = shape.G[8][k];
+      const int m = 1 << k;
+      const int i = (k + 1) % 3, j = (k + 2) % 3;    // q x e_k = q_j e_i - q_i e_j
+      p[i][m] -= q[j] * g[k];
+      p[j][m] += q[i] * g[k];
+    }
+  }
+
+  /// Forces on the nodes in space: -R p.
+  DEFE_INLINE void to_space(const Pack R[3][3], const Pack p[3][8], Pack force[3][8])
+  {
+    for (int i = 0; i < 3; ++i) force[i][0] = Pack{};
+    for (int m = 1; m < 8; ++m)
+      for (int i = 0; i < 3; ++i)
+        force[i][m] = -(R[i][0] * p[0][m] + R[i][1] * p[1][m] + R[i][2] * p[2][m]);
+  }
+
+}    // namespace lanes
+
 /// Stiffness: has a CorotationalShape `shape`, of which G is diagonal and Y has linear modes only, and apply(u, p):
 /// modes of the displacements times 8 -> modes of the forces K u.
 template <class Stiffness, bool with_energy, bool with_bound, bool with_virial, bool exact>
@@ -173,12 +266,6 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
   const CorotationalShape &shape = stiffness.shape;
   [[maybe_unused]] const lanes::BoundOfStrain bound_of(material, out.bound_weights);
 
-  // D = gradient by natural coordinates times 8, H = D G
-  const auto to_local = [](const Pack D[3][3], const double G[3][3], Pack H[3][3]) {
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) H[i][j] = D[i][j] * G[j][j];
-  };
-
   LostElements lost;
   Pack virial[6] = {};
 
@@ -188,80 +275,30 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
     Pack y[3][8];
     gather_modes(elements, x, y);
 
-    Pack D[3][3], R[3][3];
-    for (int i = 0; i < 3; ++i)
-      for (int k = 0; k < 3; ++k) D[i][k] = y[i][1 << k];
-    to_local(D, shape.G[8], R);
+    Pack R[3][3];
+    lanes::centre_gradient(y, shape, R);
     const simd::Mask flipped = lanes::polar(R);
     if (__builtin_expect(simd::any(flipped), false)) lost.note(elements, first, flipped);
 
-    Pack u[3][8];
-    for (int m = 1; m < 8; ++m)
-      for (int i = 0; i < 3; ++i) {
-        u[i][m] = R[0][i] * y[0][m] + R[1][i] * y[1][m] + R[2][i] * y[2][m];
-        if (m == 1 << i) u[i][m] -= shape.Y[i][m];
-      }
-
-    Pack p[3][8];
+    Pack u[3][8], p[3][8];
+    lanes::local_displacements(R, y, shape, u);
     stiffness.apply(u, p);
+    if constexpr (with_energy)
+      store_lanes(elements, lanes::strain_energy(u, p), out.energy + first);
 
-    if constexpr (with_energy) {
-      Pack twice = Pack{};
-      for (int m = 1; m < 8; ++m)
-        for (int i = 0; i < 3; ++i) twice += u[i][m] * p[i][m];
-      store_lanes(elements, 0.5 * twice, out.energy + first);
-    }
-
-    // moment m of the forces p, then q = (tr(U) I - U)^-1 m with U - I = the centre's strain
-    Pack q[3] = {};
-    for (int m = 1; m < 8; ++m) {
-      q[0] += u[1][m] * p[2][m] - u[2][m] * p[1][m];
-      q[1] += u[2][m] * p[0][m] - u[0][m] * p[2][m];
-      q[2] += u[0][m] * p[1][m] - u[1][m] * p[0][m];
-    }
-    Pack H[3][3], strain[6];
-    for (int i = 0; i < 3; ++i)
-      for (int k = 0; k < 3; ++k) D[i][k] = u[i][1 << k];
-    to_local(D, shape.G[8], H);
+    Pack H[3][3], strain[6], q[3];
+    lanes::centre_gradient(u, shape, H);
     lanes::symmetric(H, strain);
-    const Pack A[6] = {2.0 + strain[1] + strain[2],
-                       2.0 + strain[0] + strain[2],
-                       2.0 + strain[0] + strain[1],
-                       -strain[3],
-                       -strain[4],
-                       -strain[5]};
-    lanes::solve_symmetric(A, q);
-
-    if constexpr (with_bound) {
-      Pack bound;
-      if (!out.bound_at_gauss_points) {
-        bound = bound_of(strain);
-      } else {
-        for (int point = 0; point < 8; ++point) {
-          gradient_at_gauss_point(u, point, D);
-          to_local(D, shape.G[point], H);
-          lanes::symmetric(H, strain);
-          const Pack here = bound_of(strain);
-          bound = point == 0 ? here : simd::max(here, bound);
-        }
-      }
-      store_lanes(elements, bound, out.stress_bound + first);
-    }
-
-    for (int k = 0; k < 3; ++k) {
-      const double *g = shape.G[8][k];
-      const int m = 1 << k;
-      const int i = (k + 1) % 3, j = (k + 2) % 3;    // q x e_k = q_j e_i - q_i e_j
-      p[i][m] -= q[j] * g[k];
-      p[j][m] += q[i] * g[k];
-    }
+    lanes::rotation_response(u, p, strain, q);
+    if constexpr (with_bound)
+      store_lanes(elements,
+                  out.bound_at_gauss_points ? lanes::bound_at_gauss_points(u, shape, bound_of)
+                                            : bound_of(strain),
+                  out.stress_bound + first);
 
     Pack force[3][8];
-    for (int i = 0; i < 3; ++i) force[i][0] = Pack{};
-    for (int m = 1; m < 8; ++m)
-      for (int i = 0; i < 3; ++i)
-        force[i][m] = -(R[i][0] * p[0][m] + R[i][1] * p[1][m] + R[i][2] * p[2][m]);
-
+    lanes::balance_moment(q, shape, p);
+    lanes::to_space(R, p, force);
     if constexpr (with_virial) add_virial(elements, y, force, virial);
     if constexpr (exact)
       scatter_modes_exactly(elements, first, force, f, out);

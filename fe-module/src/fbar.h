@@ -116,6 +116,7 @@ struct FBarPoint : Deformation {
   }
 };
 
+// One piece: with the Gauss point in a function of its own, forced inline, a block of Prony material took 1.06 of the time.
 template <class Law, bool with_energy, bool with_bound, bool with_virial, bool exact>
 void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)[8],
                      const double *x, const double *X, double *f, const HexKernel::Output &out)
