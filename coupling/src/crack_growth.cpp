@@ -208,8 +208,9 @@ void CrackGrowth::find_waiting(const CrackLattice &lattice, int joint, Crack &cr
         continue;
       front.tie = arc.open;
       front.arc = arc;
-      front.known = behind_tie(lattice, arc.open, front.missing) && is_tie(lattice, here) &&
-          behind_tie(lattice, here, front.next);
+      // of longer arcs the other end is not known on all ranks
+      front.known = arc.size == 2 && behind_tie(lattice, arc.open, front.missing) &&
+          is_tie(lattice, here) && behind_tie(lattice, here, front.next);
       const Vec3 X(lattice.X[end / 6]);
       if (front.known && (front.next - front.missing).norm() < 0.5 * (front.next - X).norm())
         front.next = X;    // one DE is missing, behind both ties
@@ -236,10 +237,9 @@ template <class F> void CrackGrowth::find_fronts(const CrackLattice &lattice, co
       bool any_loud = loud[front.tie / 6];
       for (int k = 1; k < front.arc.size; ++k) any_loud = any_loud || loud[front.arc.de[k]];
       if (any_loud) waiting.push_back(front);
-      bool any = false;    // a crack may go on in what is there of the ring
-      for (int k = 1; k < front.arc.size; ++k)
-        any = any || may_open(front.arc.de[k], front.arc.de[k + 1]);
-      if (any) fronts.push_back(front.arc);
+      // a crack may go on in what is there of the ring
+      if (front.arc.size == 2 && may_open(front.arc.de[1], front.arc.de[2]))
+        fronts.push_back(front.arc);
     }
     for (const CrackRing &ring : crack->odd) {
       bool any = false;

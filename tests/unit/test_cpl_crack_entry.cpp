@@ -104,6 +104,24 @@ class Partly {
   std::vector<unsigned char> corner, ties, type, state;
 };
 
+/// All has converted but a column of elements; a crack has come from the left along its lower face.
+Partly crack_before_an_element()
+{
+  Partly body([](int i, int j) {
+    return i != 2 || j != 2;
+  });
+  body.cut(0.0, [](const Vec3 &X) {
+    return X[0] < 0.0;
+  });
+  return body;
+}
+
+/// Above that crack.
+bool above(const Vec3 &X)
+{
+  return X[0] < 0.0 && X[1] > 0.0;
+}
+
 const double entry_stress = CrackGrowthParameters().entry * law.sigma_t;
 
 }    // namespace
@@ -129,15 +147,7 @@ TEST(CrackGrowth, FrontsAskForElements)
 // Where it passes below an element, what is behind the crack is unloaded: the joints ahead ask.
 TEST(CrackGrowth, FrontsAskForElementsBesideTheirWay)
 {
-  Partly body([](int i, int j) {
-    return i != 2 || j != 2;
-  });
-  const auto above = [](const Vec3 &X) {    // and left of the element
-    return X[0] < 0.0 && X[1] > 0.0;
-  };
-  body.cut(0.0, [](const Vec3 &X) {
-    return X[0] < 0.0;
-  });
+  Partly body = crack_before_an_element();
   EXPECT_TRUE(body.asked(0.9 * entry_stress, above).empty());
   const auto asked = body.asked(1.1 * entry_stress, above);
   EXPECT_EQ(asked.size(), 8u);    // of the DEs below the element, next to the crack
@@ -150,15 +160,7 @@ TEST(CrackGrowth, FrontsAskForElementsBesideTheirWay)
 // The same, but the crack goes down: it passes between the DEs left and right of it below the element, which is not asked for.
 TEST(CrackGrowth, FrontsGoOnBesideElements)
 {
-  Partly body([](int i, int j) {
-    return i != 2 || j != 2;
-  });
-  const auto above = [](const Vec3 &X) {
-    return X[0] < 0.0 && X[1] > 0.0;
-  };
-  body.cut(0.0, [](const Vec3 &X) {
-    return X[0] < 0.0;
-  });
+  Partly body = crack_before_an_element();
   const Vec3 down = Vec3(1.0, 1.0, 0.0).normalized();
   EXPECT_TRUE(body.asked(0.9 * law.sigma_t, above, down, down).empty());
   EXPECT_TRUE(body.starts.empty());
@@ -177,15 +179,7 @@ TEST(CrackGrowth, FrontsGoOnBesideElements)
 // for when the front would move, so that it does not stop for good.
 TEST(CrackGrowth, FrontsAskForWhatTheyTurnOutToNeed)
 {
-  Partly body([](int i, int j) {
-    return i != 2 || j != 2;
-  });
-  const auto above = [](const Vec3 &X) {
-    return X[0] < 0.0 && X[1] > 0.0;
-  };
-  body.cut(0.0, [](const Vec3 &X) {
-    return X[0] < 0.0;
-  });
+  Partly body = crack_before_an_element();
   const Vec3 down = Vec3(1.0, 1.0, 0.0).normalized();
   EXPECT_TRUE(body.asked(0.9 * law.sigma_t, above, down).empty());
   const auto asked = body.asked(1.3 * law.sigma_t, above, down);

@@ -34,8 +34,8 @@
 /// to convert, whatever their own stress. In a lattice that is turned the crack may pass on the other side of the
 /// ring, and where it has come from nothing is stressed: then m . S m of the joints that are left of the ring counts, and
 /// of its last DE at the tie there. Then the ring closes and the front goes on. It
-/// goes on through an open ring as well, where its plane passes between DEs that are there; where it does not, once
-/// the ring has fired, the front asks for what is missing. (Before, whatever a ring lacked was asked for: three quarters of the elements that
+/// goes on through an open ring of which three DEs are there, too, where its plane passes between these; where it does
+/// not, once the ring has fired, the front asks for what is missing. (Before, whatever a ring lacked was asked for: three quarters of the elements that
 /// converted and never cracked.) `entry` is below 1 so that all
 /// elements along a front have converted before it moves: where some had, fronts left their plane.
 ///
