@@ -84,6 +84,21 @@ namespace {
     return {joint, {{sign * m[0], sign * m[1], sign * m[2]}, std::clamp(f, 0.05, 0.95)}, origin};
   }
 
+  /// Where the DE behind a tie will be, if the element there is as long as the DE's own was.
+  /// \return false: the DE has broken off its own
+  bool behind_tie(const CrackLattice &lattice, int tie, Vec3 &place)
+  {
+    const int inner = tie ^ 1;    // slots of an axis are 2 k and 2 k + 1
+    if (lattice.partner[inner / 6][inner % 6] < 0) return false;
+    place = Vec3(lattice.X[tie / 6]) - lattice.vector(inner);
+    return true;
+  }
+
+  bool is_tie(const CrackLattice &lattice, int end)
+  {
+    return (lattice.ties[end / 6] >> end % 6 & 1u) != 0;
+  }
+
 }    // namespace
 
 // --- cracks -----------------------------------------------------------------
@@ -163,21 +178,6 @@ void CrackGrowth::find_rings(const CrackLattice &lattice, int joint, Crack &crac
     if (first) crack.odd.push_back(ring);
   }
   if (lattice.ties) find_waiting(lattice, joint, crack);
-}
-
-/// Where the DE behind a tie will be, if the element there is as long as the DE's own was.
-/// \return false: the DE has broken off its own
-static bool behind_tie(const CrackLattice &lattice, int tie, Vec3 &place)
-{
-  const int inner = tie ^ 1;    // slots of an axis are 2 k and 2 k + 1
-  if (lattice.partner[inner / 6][inner % 6] < 0) return false;
-  place = Vec3(lattice.X[tie / 6]) - lattice.vector(inner);
-  return true;
-}
-
-static bool is_tie(const CrackLattice &lattice, int end)
-{
-  return (lattice.ties[end / 6] >> end % 6 & 1u) != 0;
 }
 
 /// The crack between the two DEs of a cut joint goes on between their ties along another axis; or through joints of

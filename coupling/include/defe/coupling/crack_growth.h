@@ -35,8 +35,8 @@
 /// ring, and where it has come from nothing is stressed: then m . S m of the joints that are left of the ring counts, and
 /// of its last DE at the tie there. Then the ring closes and the front goes on. It
 /// goes on through an open ring of which three DEs are there, too, where its plane passes between these; where it does
-/// not, once the ring has fired, the front asks for what is missing. (Before, whatever a ring lacked was asked for: three quarters of the elements that
-/// converted and never cracked.) `entry` is below 1 so that all
+/// not, once the ring has fired, the front asks for what is missing. (What asking for all that a ring lacks did: coupling/README.md.)
+/// `entry` is below 1 so that all
 /// elements along a front have converted before it moves: where some had, fronts left their plane.
 ///
 /// All decisions come from the state at their beginning, sums are ordered by ID and a joint is decided upon by the
@@ -148,9 +148,9 @@ class CrackGrowth {
   };
   struct Waiting {    // a front before a tie
     int crack, tie;
-    CrackRing arc;    // joints that are left between the two; empty: the tie alone counts
-    Vec3 missing,
-        next;    // reference place of the DE behind the tie, and of the one after it in the ring
+    CrackRing arc;         // joints that are left between the two; empty: the tie alone counts
+    Vec3 missing;          // reference place of the DE behind the tie
+    Vec3 next;             // and of the one after it in the ring
     bool known = false;    // both are
   };
   struct Crack {

@@ -32,7 +32,7 @@ struct CrackLattice {
   const unsigned char
       *corner;    ///< [n] corner of its element that the DE is: which slots are outer
   const unsigned char *state;    ///< [6 n] of joints, the same at both ends
-  /// [n] bit s set: slot s ends on the face of a finite element of the same part; null: none
+  /// [n] bit s set: slot s ends on the face of a finite element of the same part, of ghosts, too; null: none
   const unsigned char *ties = nullptr;
   /// [n] bits that belong to the place of the DE, see crack_place_key(): also across periodic borders the same
   /// for all images; null: they are made of X
