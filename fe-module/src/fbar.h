@@ -117,7 +117,7 @@ struct FBarPoint : Deformation {
 };
 
 // One piece: with the Gauss point in a function of its own, forced inline, a block of Prony material took 1.06 of the time.
-template <class Law, bool with_energy, bool with_bound, bool with_virial, bool exact>
+template <class Law, bool with_energy, bool with_bound, bool seldom>
 void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)[8],
                      const double *x, const double *X, double *f, const HexKernel::Output &out)
 {
@@ -233,14 +233,13 @@ void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)
     Pack force[3][8];
     tangents_to_forces(tf, force);
     for (int i = 0; i < 3; ++i) force[i][7] += poison;
-    if constexpr (with_virial) add_virial(elements, y, force, virial);
-    if constexpr (exact)
-      scatter_modes_exactly(elements, first, force, f, out);
+    if constexpr (seldom)
+      scatter_seldom(elements, first, y, force, f, virial, out);
     else
       scatter_modes(elements, force, f);
   }
 
-  if constexpr (with_virial) sum_lanes(virial, out.virial);
+  if (out.virial) sum_lanes(virial, out.virial);
   if (out.dissipation)
     for (int l = 0; l < W; ++l) *out.dissipation += dissipated_sum[l];
   if (out.inverted) *out.inverted = lost.first;
@@ -256,9 +255,8 @@ void add_fbar_forces(const Law &law, int history_size, int n, const int (*nodes)
       throw std::invalid_argument("a law with history needs Output::history, also for dt = 0");
     if (!(out.dt >= 0.0)) throw std::invalid_argument("Output::dt must not be negative or NaN");
   }
-  choose_outputs(out, [&](auto energy, auto bound, auto virial, auto exact) {
-    add_fbar_forces<Law, energy(), bound(), virial(), exact()>(law, history_size, n, nodes, x, X, f,
-                                                               out);
+  choose_outputs(out, [&](auto energy, auto bound, auto seldom) {
+    add_fbar_forces<Law, energy(), bound(), seldom()>(law, history_size, n, nodes, x, X, f, out);
   });
 }
 

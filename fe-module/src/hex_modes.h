@@ -201,22 +201,42 @@ DEFE_INLINE void sum_lanes(const Pack virial[6], double out[6])
     for (int l = 0; l < simd::width; ++l) out[k] += virial[k][l];
 }
 
-/// Calls f(energy, bound, virial, exact) with std::true_type or std::false_type for each wanted output:
-/// in the loops, what nobody wants shall cost nothing.
+/// Calls next with std::true_type or std::false_type: in the loops, what nobody wants shall cost nothing.
+template <class F> void choose_output(bool wanted, const F &next)
+{
+  if (wanted)
+    next(std::true_type());
+  else
+    next(std::false_type());
+}
+
+/// Whether forces are rounded to a grid, so that their sums have the same bits in any order.
+inline bool sums_exactly(const HexKernel::Output &out)
+{
+  return out.grid && out.grid->on();
+}
+
+/// Scatters, also for outputs that are seldom wanted: virial and forces on a grid. An instance of the general
+/// kernels for each of their combinations took twice as long to compile.
+/// \param force  is destroyed
+DEFE_INLINE void scatter_seldom(const LaneElements &elements, int start, const Pack y[3][8],
+                                Pack force[3][8], double *f, Pack virial[6],
+                                const HexKernel::Output &out)
+{
+  if (out.virial) add_virial(elements, y, force, virial);
+  if (sums_exactly(out))
+    scatter_modes_exactly(elements, start, force, f, out);
+  else
+    scatter_modes(elements, force, f);
+}
+
+/// Calls f(energy, bound, seldom), the last one for scatter_seldom().
 template <class F> void choose_outputs(const HexKernel::Output &out, const F &f)
 {
-  const auto choose = [](bool wanted, const auto &next) {
-    if (wanted)
-      next(std::true_type());
-    else
-      next(std::false_type());
-  };
-  choose(out.energy, [&](auto energy) {
-    choose(out.stress_bound, [&](auto bound) {
-      choose(out.virial, [&](auto virial) {
-        choose(out.grid && out.grid->on(), [&](auto exact) {
-          f(energy, bound, virial, exact);
-        });
+  choose_output(out.energy, [&](auto energy) {
+    choose_output(out.stress_bound, [&](auto bound) {
+      choose_output(out.virial || sums_exactly(out), [&](auto seldom) {
+        f(energy, bound, seldom);
       });
     });
   });

@@ -76,7 +76,7 @@ namespace {
     }
   };
 
-  template <bool with_energy, bool with_bound, bool with_virial, bool exact>
+  template <bool with_energy, bool with_bound, bool seldom>
   void add_lagrangian_forces(const IsotropicElastic &material, int n, const int (*nodes)[8],
                              const double *x, const double *X, double *f,
                              const HexKernel::Output &out)
@@ -142,14 +142,13 @@ namespace {
       Pack force[3][8];
       tangents_to_forces(tf, force);
       for (int i = 0; i < 3; ++i) force[i][7] += poison;
-      if constexpr (with_virial) add_virial(elements, y, force, virial);
-      if constexpr (exact)
-        scatter_modes_exactly(elements, first, force, f, out);
+      if constexpr (seldom)
+        scatter_seldom(elements, first, y, force, f, virial, out);
       else
         scatter_modes(elements, force, f);
     }
 
-    if constexpr (with_virial) sum_lanes(virial, out.virial);
+    if (out.virial) sum_lanes(virial, out.virial);
     if (out.inverted) *out.inverted = lost.first;
   }
 
@@ -177,8 +176,8 @@ LagrangianKernel::LagrangianKernel(const IsotropicElastic &material) : elastic(m
 void LagrangianKernel::add_forces(int n, const int (*nodes)[8], const double *x, const double *X,
                                   double *f, const Output &out) const
 {
-  choose_outputs(out, [&](auto energy, auto bound, auto virial, auto exact) {
-    add_lagrangian_forces<energy(), bound(), virial(), exact()>(elastic, n, nodes, x, X, f, out);
+  choose_outputs(out, [&](auto energy, auto bound, auto seldom) {
+    add_lagrangian_forces<energy(), bound(), seldom()>(elastic, n, nodes, x, X, f, out);
   });
 }
 
