@@ -75,9 +75,10 @@ ContactResult sphere_contact(const Vec3 &xi_minus_xj, const Vec3 &v_rel, const V
   const double zeta = p.damping_ratio >= 0.0 ? p.damping_ratio : damping_ratio(p.restitution);
   const double v_n = n.dot(v_rel);
   const double spring = p.kn * r.overlap;
-  const double F_n = std::max(0.0, spring - 2.0 * zeta * std::sqrt(p.kn * reduced_mass) * v_n);
+  const double push = spring + 0.5 * p.kt_slope * shear_history.squaredNorm();
+  const double F_n = std::max(0.0, push - 2.0 * zeta * std::sqrt(p.kn * reduced_mass) * v_n);
   // v_rel is that of half a step ago (velocity Verlet); the force works with that of now
-  r.damped = (spring - F_n) * (v_n + 0.5 * dt * F_n / reduced_mass) * dt;
+  r.damped = (push - F_n) * (v_n + 0.5 * dt * F_n / reduced_mass) * dt;
   r.stored = 0.5 * spring * r.overlap;
   r.force = F_n * n;
 

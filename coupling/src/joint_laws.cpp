@@ -61,8 +61,13 @@ std::uint64_t JointLaws::checksum() const
                               c.restitution,
                               c.friction,
                               c.damping_ratio};
-    const char flags[] = {c.has_connective, c.has_cohesive, c.has_contact,
-                          law.reciprocal,   c.lattice,      static_cast<char>(law.softening)};
+    const char flags[] = {c.has_connective,
+                          c.has_cohesive,
+                          c.has_contact,
+                          law.reciprocal,
+                          c.lattice,
+                          static_cast<char>(law.softening),
+                          static_cast<char>(c.normal_law)};
     sum.add(numbers, sizeof(numbers));
     sum.add(flags, sizeof(flags));
   }

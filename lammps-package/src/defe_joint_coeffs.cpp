@@ -10,11 +10,24 @@
 #include "error.h"
 
 #include "defe/coupling/contact_law.h"
+#include "defe/coupling/normal_law.h"
 
 #include <cstring>
 #include <stdexcept>
 
 using namespace LAMMPS_NS;
+
+namespace {
+
+std::string normal_laws()
+{
+  std::string names;
+  for (const auto *law : defe::normal_laws())
+    names += std::string(names.empty() ? "" : " or ") + law->name();
+  return names;
+}
+
+}    // namespace
 
 JointCoeffReader::JointCoeffReader(LAMMPS *lmp, int n, char **words) :
     Pointers(lmp), narg(n), arg(words)
@@ -53,7 +66,8 @@ void JointCoeffReader::read(defe::JointLaws &laws)
         error->all(FLERR, "Pair_coeff contact: this pair style has no contact law");
       read_contact(c);
     } else
-      error->all(FLERR, "Unknown pair_coeff keyword {}: use connective, cohesive or contact", key);
+      error->all(FLERR, "Unknown pair_coeff keyword {}: use connective, cohesive or contact{}", key,
+                 c.has_contact ? ", or after the numbers of contact " + normal_laws() : "");
   }
   assign(laws, c);
 }
@@ -140,6 +154,10 @@ void JointCoeffReader::read_contact(defe::JointCoeff &c)
     error->all(FLERR, "Pair_coeff contact: friction must be >= 0, not {}", c.friction);
   c.damping_ratio = defe::damping_ratio(c.restitution);
   iarg += 3;
+  if (const int law = iarg < narg ? defe::find_normal_law(arg[iarg]) : -1; law >= 0) {
+    c.normal_law = static_cast<unsigned char>(law);
+    iarg++;
+  }
 }
 
 void JointCoeffReader::find_types()

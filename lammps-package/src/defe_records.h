@@ -19,7 +19,7 @@
 namespace LAMMPS_NS {
 
 /** Of restart files; another one whenever what DEFE writes into them changes. */
-constexpr char RESTART_FORMAT[8] = "DEFE 14";
+constexpr char RESTART_FORMAT[8] = "DEFE 15";
 
 /** What travels with an element: it is kept by the atom that is its first node. */
 struct HexPod {

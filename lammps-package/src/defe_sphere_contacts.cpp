@@ -13,7 +13,6 @@
 #include "update.h"
 
 #include "defe/coupling/near_pairs.h"
-#include "defe/coupling/penalty.h"
 
 #include <algorithm>
 #include <cmath>
@@ -143,27 +142,31 @@ double DefeSphereContacts::reach_of(const Candidate &c, double rsq) const
   return rsq >= reach * reach ? 0.0 : reach;
 }
 
-/* ----------------------------------------------------------------------
-   of two DEs, by the softer material; false: there is none
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
-bool DefeSphereContacts::parameters(int i, int j, double reach, defe::ContactParameters &par) const
+defe::DEMaterial DefeSphereContacts::material_of(int i) const
 {
-  const auto &jt = sys.joints;
+  const int part = sys.joints.material[sys.joints.of_atom[i]];
+  return {laws.young[part], laws.poisson(part)};
+}
+
+defe::NormalSpring DefeSphereContacts::spring_of(int i, int j, double reach, double overlap) const
+{
+  const auto &law = defe::normal_law(laws.of(atom->type[i], atom->type[j]).normal_law);
+  return law.between_des(
+      overlap, {{material_of(i), material_of(j)}, {atom->radius[i], atom->radius[j]}, reach});
+}
+
+defe::ContactParameters DefeSphereContacts::parameters(int i, int j,
+                                                       const defe::NormalSpring &spring) const
+{
   const defe::JointCoeff &coeff = laws.of(atom->type[i], atom->type[j]);
-  double E = 0.0, nu = 0.2;
-  for (int a : {i, j}) {
-    const int part = jt.material[jt.of_atom[a]];
-    if (E == 0.0 || laws.young[part] < E) {
-      E = laws.young[part];
-      nu = laws.poisson(part);
-    }
-  }
-  if (E == 0.0) return false;
-  const double kn = E * MIN(2.0 * MIN(atom->radius[i], atom->radius[j]), reach);
-  par = {kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), coeff.restitution, coeff.friction,
-         coeff.damping_ratio};
-  return true;
+  return {spring.kn,
+          spring.kt,
+          coeff.restitution,
+          coeff.friction,
+          coeff.damping_ratio * spring.damping_factor,
+          spring.kt_slope};
 }
 
 void DefeSphereContacts::contact(const Candidate &c, const defe::VirialTally &tally)
@@ -176,23 +179,24 @@ void DefeSphereContacts::contact(const Candidate &c, const defe::VirialTally &ta
   const double sign = turned ? -1.0 : 1.0;
   const bool whole = j < atom->nlocal;    // else the other half belongs to the other owner
   const double *xa = atom->x[a], *xb = atom->x[b], *mass = atom->rmass;
-  const double del[3] = {xa[0] - xb[0], xa[1] - xb[1], xa[2] - xb[2]};
+  const Vec3 del = Vec3(xa) - Vec3(xb);
   const double rsq = del[0] * del[0] + del[1] * del[1] + del[2] * del[2];
   const double reach = reach_of({a, b, c.apart}, rsq);
-  if (reach == 0.0) {
+  const double overlap = reach > 0.0 ? reach - del.norm() : 0.0;
+  if (!(overlap > 0.0)) {
     forget_touch(i, j);
     if (whole) forget_touch(j, i);
     return;
   }
-  defe::ContactParameters par;
-  if (!parameters(a, b, reach, par)) return;
+  const auto push = spring_of(a, b, reach, overlap);
+  const auto par = parameters(a, b, push);
   const double dt = update->setupflag ? 0.0 : update->dt;
   double *shear = spring(i, j);
   Vec3 history(sign * shear[0], sign * shear[1], sign * shear[2]);
-  auto r = defe::sphere_contact(Vec3(del[0], del[1], del[2]),
-                                Vec3(v[a][0] - v[b][0], v[a][1] - v[b][1], v[a][2] - v[b][2]),
-                                Vec3(omega[a]), Vec3(omega[b]), atom->radius[a], atom->radius[b],
-                                reach, mass[a] * mass[b] / (mass[a] + mass[b]), dt, history, par);
+  auto r = defe::sphere_contact(del, Vec3(v[a]) - Vec3(v[b]), Vec3(omega[a]), Vec3(omega[b]),
+                                atom->radius[a], atom->radius[b], reach,
+                                mass[a] * mass[b] / (mass[a] + mass[b]), dt, history, par);
+  r.stored += push.energy_beyond(overlap);
   // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
   if (update->setupflag)
     r.stored += 0.5 * par.kt * (Vec3(shear).squaredNorm() - history.squaredNorm());
@@ -220,8 +224,8 @@ void DefeSphereContacts::contact(const Candidate &c, const defe::VirialTally &ta
   const double share = whole ? 1.0 : 0.5;
   book(i, j, share, r);
   if (tally.on()) {
-    const double half[3] = {share * del[0], share * del[1], share * del[2]};
-    tally(half, r.force.data(), i);
+    const Vec3 half = share * del;
+    tally(half.data(), r.force.data(), i);
   }
 }
 
@@ -240,8 +244,8 @@ void DefeSphereContacts::book(int i, int j, double share, const defe::ContactRes
 }
 
 /* ----------------------------------------------------------------------
-   a DE of this rank and a ball, owned or ghost. The DE is a patch of the surface that the ball presses
-   on (ball_on_patch); one that was just born takes over what the face of its element stored.
+   a DE of this rank and a sphere of other origin, owned or ghost; a DE that was just born takes over what the face
+   of its element stored
 ------------------------------------------------------------------------- */
 
 void DefeSphereContacts::contact_with_ball(int i, int j, const defe::VirialTally &tally)
@@ -265,25 +269,27 @@ void DefeSphereContacts::contact_with_ball(int i, int j, const defe::VirialTally
   const double area = jt.rec[jt.of_atom[i]]->outer_area;
   const double k_area = sys.surface.ball_stiffness(part, i) / area;
   if (!(k_area > 0.0)) return;
+  const auto &law = defe::normal_law(laws.of(atom->type[i], atom->type[j]).normal_law);
+  const defe::SphereOnDE pair{rj, material_of(i), atom->radius[i], area, k_area};
   if (!touch) {
     touch = &new_touch(i, j);
     // an overlap that no motion has made
     if (overlap > 4.0 * dt * speed.norm() + 1.0e-6 * ri) touch->offset = overlap;
   } else if (inherits)
-    touch->offset = overlap - defe::overlap_of_energy(touch->inherit, rj, area, k_area);
+    touch->offset = overlap - law.overlap_of_energy(touch->inherit, pair);
   const double deep = overlap - touch->offset;
-  const auto push = defe::ball_on_patch(deep, rj, area, k_area);
   if (!(deep > 0.0)) {
     if (inherits) touch->inherit = -1.0;
     return;
   }
 
-  const auto par = ball_parameters(i, j, push.force / deep, push.damping_factor);
+  const auto push = law.sphere_on_de(deep, pair);
+  const auto par = parameters(i, j, push);
   Vec3 history(touch->shear);
   auto r = defe::sphere_contact(
       del, speed, Vec3(omega[i]), Vec3(omega[j]), ri, rj, ri + rj - touch->offset,
       atom->rmass[i] * atom->rmass[j] / (atom->rmass[i] + atom->rmass[j]), dt, history, par);
-  r.stored += push.energy - 0.5 * push.force * deep;
+  r.stored += push.energy_beyond(deep);
   if (inherits) {
     // the kicks of velocity Verlet belong to the old force up to half-way between the two steps
     sys.ledger.conv_strain -=
@@ -309,15 +315,6 @@ void DefeSphereContacts::contact_with_ball(int i, int j, const defe::VirialTally
   }
   sys.stored.contact += r.stored;
   if (tally.on()) tally(del.data(), r.force.data(), i);
-}
-
-defe::ContactParameters DefeSphereContacts::ball_parameters(int i, int j, double kn,
-                                                            double damping) const
-{
-  const defe::JointCoeff &coeff = laws.of(atom->type[i], atom->type[j]);
-  const double nu = laws.poisson(sys.joints.material[sys.joints.of_atom[i]]);
-  return {kn, kn * 2.0 * (1.0 - nu) / (2.0 - nu), coeff.restitution, coeff.friction,
-          coeff.damping_ratio * damping};
 }
 
 /* ----------------------------------------------------------------------

@@ -12,6 +12,7 @@
 #include "defe/coupling/contact_law.h"
 #include "defe/coupling/force_sums.h"
 #include "defe/coupling/joint_laws.h"
+#include "defe/coupling/normal_law.h"
 
 #include <utility>
 #include <vector>
@@ -46,11 +47,12 @@ class DefeSphereContacts : protected DefeComponent {
   void consider(int i, int j);
   bool joined(int de, int j) const;
   double reach_of(const Candidate &, double rsq) const;
-  bool parameters(int i, int j, double reach, defe::ContactParameters &) const;
+  defe::DEMaterial material_of(int i) const;
+  defe::NormalSpring spring_of(int i, int j, double reach, double overlap) const;
+  defe::ContactParameters parameters(int i, int j, const defe::NormalSpring &) const;
   void contact(const Candidate &, const defe::VirialTally &);
   void book(int i, int j, double share, const defe::ContactResult &);
   void contact_with_ball(int i, int j, const defe::VirialTally &);
-  defe::ContactParameters ball_parameters(int i, int j, double kn, double damping) const;
 
   SphereTouch *find_touch(int i, int j) const;
   SphereTouch &new_touch(int i, int j);

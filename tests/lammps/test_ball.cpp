@@ -23,6 +23,7 @@ struct Hit {
   std::string factor = "0.2";
   double dt = 5e-8;
   double flat = 1.0;
+  std::string law;    // of its contact with DEs
 
   Block block() const
   {
@@ -35,7 +36,7 @@ struct Hit {
     b.convert = convert;
     b.coeff = "connective material cohesive 1e12 1e6 0.1 contact 1.0 0.0\n"
               "pair_coeff 2 3 contact 1.0 " +
-        std::string(friction.empty() ? "0" : "0.3");
+        std::string(friction.empty() ? "0 " : "0.3 ") + law;
     return b;
   }
   std::string motion() const
@@ -170,10 +171,12 @@ TEST(Ball, HitsDiscreteBlock)
 // Elements convert while the ball presses on them: the account goes on without a jump.
 TEST(Ball, ElementsConvertUnderIt)
 {
-  for (double flat : {1.0, 0.75, 0.5, 1.5}) {
+  for (const auto &[flat, law] :
+       {std::pair(1.0, ""), {0.75, ""}, {0.5, ""}, {1.5, ""}, {1.0, "hertz"}}) {
     SCOPED_TRACE(flat);
     Hit hit;
     hit.flat = flat;
+    hit.law = law;
     hit.at = Vec3(4e-3, 4e-3, 0.0);
     hit.radius = 10e-3;
     hit.velocity = Vec3(0.0, 0.0, -4.0);
@@ -201,6 +204,7 @@ TEST(Ball, SameOnAnyNumberOfRanks)
   for (double radius : {5e-3, 0.5e-3})
     for (const std::string convert : {"", " start all"}) {
       Hit hit;
+      hit.law = radius < 1e-3 ? "hertz" : "linear";
       hit.radius = radius;
       hit.velocity = Vec3(1.0, 0.5, -3.0);
       hit.friction = " friction 0.3";

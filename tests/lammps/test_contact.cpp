@@ -296,6 +296,18 @@ struct Collision {
   Vec3 offset, velocity;
   double dt;
   int steps;
+  std::string law = "";
+
+  Block block() const
+  {
+    Block b;
+    b.n[0] = b.n[1] = b.n[2] = 1;
+    b.pair = "defe/contact";
+    b.coeff = "contact " + number(restitution) + " " + number(friction) + " " + law;
+    b.convert += " start all";
+    b.dt = dt;
+    return b;
+  }
 };
 
 struct Outcome {
@@ -304,15 +316,9 @@ struct Outcome {
   int touching;    // steps
 };
 
-Outcome collide(const Collision &c)
+void start(Lammps &lmp, const Collision &c)
 {
-  Block block;
-  block.n[0] = block.n[1] = block.n[2] = 1;
-  block.pair = "defe/contact";
-  block.coeff = "contact " + number(c.restitution) + " " + number(c.friction);
-  block.convert += " start all";
-  block.dt = c.dt;
-  Lammps lmp;
+  const Block block = c.block();
   lmp.commands(block.header() + block.box() + block.fix() + block.mesh() +
                "create_hexes fe glass 1 x 0.01 1 0.012 y 0 1 0.002 z 0 1 0.002\n" + block.motion());
   lmp.run(0);
@@ -328,6 +334,12 @@ Outcome collide(const Collision &c)
       p.x = Vec3(0.001, 0.001, 0.001) + c.offset;
   });
   lmp.run(0);
+}
+
+Outcome collide(const Collision &c)
+{
+  Lammps lmp;
+  start(lmp, c);
   Outcome result;
   result.start = lmp.particles();
   result.total_before = lmp.fe(TOTAL);
@@ -405,13 +417,63 @@ TEST(SphereContact, GrossSliding)
 TEST(SphereContact, Sticking)
 {
   const double vn = 2.0, vt = 0.5, fly = 0.01 * d / vn;
-  const Outcome r =
-      collide({1.0, 10.0, Vec3(vt * fly, 1.01 * d, 0.0), Vec3(vt, vn, 0.0), 1e-9, 10000});
-  EXPECT_LT((momentum(r.end) - momentum(r.start)).norm(), 1e-13 * m * 5.0);
-  EXPECT_LT((angular_momentum(r.end) - angular_momentum(r.start)).norm(), 1e-12 * m * 5.0 * d);
-  EXPECT_NE(r.end.at(17).omega[2], 0.0);
-  EXPECT_LT(kinetic_energy(r.end), kinetic_energy(r.start) * (1.0 + 1e-4));
-  EXPECT_NEAR(r.total_after / r.total_before, 1.0, 1e-3);
+  for (const std::string law : {"linear", "hertz"}) {
+    const Outcome r =
+        collide({1.0, 10.0, Vec3(vt * fly, 1.01 * d, 0.0), Vec3(vt, vn, 0.0), 1e-9, 10000, law});
+    EXPECT_LT((momentum(r.end) - momentum(r.start)).norm(), 1e-13 * m * 5.0);
+    EXPECT_LT((angular_momentum(r.end) - angular_momentum(r.start)).norm(), 1e-12 * m * 5.0 * d);
+    EXPECT_NE(r.end.at(17).omega[2], 0.0);
+    EXPECT_LT(kinetic_energy(r.end), kinetic_energy(r.start) * (1.0 + 1e-4));
+    EXPECT_NEAR(r.total_after / r.total_before, 1.0, 1e-3) << law;
+  }
+}
+
+// The duration of Hertz' collision, 2.87 (m^2/(R E*^2 v))^(1/5) with the reduced numbers, which depends on the speed;
+// and the restitution, which does not.
+TEST(SphereContact, Hertz)
+{
+  for (const double v : {1.0, 8.0})
+    for (const double e : {1.0, 0.5}) {
+      const double E_star = 0.5 * E / (1.0 - 0.2 * 0.2), R = 0.25 * d;
+      const double duration = 2.868266 * std::pow(0.25 * m * m / (R * E_star * E_star * v), 0.2);
+      const double dt = duration / 1000.0;
+      const Outcome r =
+          collide({e, 0.0, Vec3(d + 5.0 * dt * v, 0.0, 0.0), Vec3(v, 0.0, 0.0), dt, 2000, "hertz"});
+      EXPECT_NEAR((r.end.at(25).v - r.end.at(17).v)[0] / v, e, 0.004);
+      EXPECT_NEAR(r.damping, 0.25 * m * v * v * (1.0 - e * e), 0.005 * m * v * v);
+      EXPECT_NEAR(r.total_after / r.total_before, 1.0, 1e-5);
+      if (e == 1.0) { EXPECT_NEAR(r.touching / 1000.0, 1.0, 3e-3) << v; }
+    }
+}
+
+// A restart file has the law and the tangential spring: an oblique collision that is cut in the middle.
+TEST(SphereContact, HertzOverARestart)
+{
+  const double vn = 2.0, vt = 3.0, dt = 2e-9;
+  const Collision c{0.8, 0.3, Vec3(0.0, d + 1e-8, 0.0), Vec3(vt, vn, 0.0), dt, 0, "hertz"};
+  constexpr int middle = 300, all = 2000;
+  Particles whole;
+  double energy = 0.0;
+  {
+    Lammps lmp;
+    start(lmp, c);
+    lmp.run(middle);
+    EXPECT_GT(lmp.fe(E_CONTACT), 1e-3 * m * vn * vn) << "it does not touch";
+    EXPECT_GT(lmp.fe(FRICTION), 0.0);
+    lmp.command("write_restart hertz.restart");
+    lmp.run(all - middle);
+    whole = lmp.particles();
+    energy = lmp.fe(TOTAL);
+    EXPECT_EQ(lmp.fe(E_CONTACT), 0.0) << "it still touches";
+  }
+  Lammps lmp;
+  lmp.commands(c.block().header() + "read_restart hertz.restart\n" + c.block().fix_only() +
+               c.block().motion());
+  lmp.run(all - middle);
+  EXPECT_LT(difference(whole, lmp.particles(), &Particle::x), 1e-15);
+  EXPECT_LT(difference(whole, lmp.particles(), &Particle::v), 1e-12 * vt);
+  EXPECT_LT(difference(whole, lmp.particles(), &Particle::omega), 1e-12 * vt / d);
+  EXPECT_NEAR(lmp.fe(TOTAL) / energy, 1.0, 1e-12);
 }
 
 // Fragments of bonded spheres: damping takes energy out, and the ledger knows how much.

@@ -1,79 +1,16 @@
 // Contact of two spheres: restitution, friction, rotation, energy. A ball on a round patch.
 
-#include "defe/coupling/contact_law.h"
+#include "sphere_pair.h"
+
 #include "defe/coupling/penalty.h"
 
-#include <Eigen/Geometry>
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <stdexcept>
 
 using namespace defe;
 
 namespace {
 
-/// Two spheres, integrated by velocity Verlet.
-struct Pair {
-  double ri = 1.0, rj = 1.0, mi = 2.0, mj = 2.0;
-  double distance = 2.0;    // at contact
-  Vec3 xi = Vec3::Zero(), xj = Vec3::Zero(), vi = Vec3::Zero(), vj = Vec3::Zero();
-  Vec3 wi = Vec3::Zero(), wj = Vec3::Zero(), history = Vec3::Zero();
-  double damped = 0.0, rubbed = 0.0;
-  ContactResult r;
-  ContactParameters p;
-
-  explicit Pair(const ContactParameters &p) : p(p) {}
-
-  double reduced() const { return mi * mj / (mi + mj); }
-  double inertia_i() const { return 0.4 * mi * ri * ri; }
-  double inertia_j() const { return 0.4 * mj * rj * rj; }
-
-  void evaluate(double dt)
-  {
-    r = sphere_contact(xi - xj, vi - vj, wi, wj, ri, rj, distance, reduced(), dt, history, p);
-    damped += r.damped;
-    rubbed += r.rubbed;
-  }
-  void kick(double dt)
-  {
-    vi += 0.5 * dt / mi * r.force;
-    vj -= 0.5 * dt / mj * r.force;
-    wi += 0.5 * dt / inertia_i() * r.torque_i;
-    wj += 0.5 * dt / inertia_j() * r.torque_j;
-  }
-  void step(double dt)
-  {
-    kick(dt);
-    xi += dt * vi;
-    xj += dt * vj;
-    evaluate(dt);
-    kick(dt);
-  }
-  /// until they have touched and parted
-  void collide(double dt)
-  {
-    evaluate(0.0);
-    bool touched = false;
-    for (int k = 0; k < 10000000; ++k) {
-      step(dt);
-      if (r.overlap > 0.0) touched = true;
-      if (touched && r.overlap <= 0.0) return;
-    }
-    FAIL() << "the spheres never parted";
-  }
-  double kinetic() const
-  {
-    return 0.5 *
-        (mi * vi.squaredNorm() + mj * vj.squaredNorm() + inertia_i() * wi.squaredNorm() +
-         inertia_j() * wj.squaredNorm());
-  }
-  Vec3 momentum() const { return mi * vi + mj * vj; }
-  Vec3 angular_momentum() const
-  {
-    return mi * xi.cross(vi) + mj * xj.cross(vj) + inertia_i() * wi + inertia_j() * wj;
-  }
-};
+using Pair = test::SpherePair;
 
 double period(const ContactParameters &p, double reduced)
 {
@@ -117,16 +54,7 @@ TEST(Contact, MeasuredRestitution)
     pair.vj = Vec3(1.0, 0.0, 0.0);
     const double dt = period(pair.p, pair.reduced()) / 20000.0 * (e < 0.2 ? 0.2 : 1.0);
     const double before = pair.kinetic();
-    // The force ends before the overlap does; wait for that only.
-    pair.evaluate(0.0);
-    double largest = 0.0;
-    for (int k = 0; k < 1000000; ++k) {
-      pair.step(dt);
-      const double pull = pair.r.force[0];
-      EXPECT_GE(pull, 0.0);
-      largest = std::max(largest, pull);
-      if (largest > 0.0 && pull == 0.0) break;
-    }
+    pair.collide_until_no_force(dt);
     EXPECT_NEAR((pair.vi - pair.vj)[0], 4.0 * e, 4.0 * 2e-3 * e) << e;
     EXPECT_NEAR(pair.momentum()[0], -2.0 * 3.0 + 5.0 * 1.0, 1e-12);
     EXPECT_NEAR(pair.kinetic() + pair.damped + pair.r.stored, before, 2e-3 * before);

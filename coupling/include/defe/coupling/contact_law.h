@@ -2,13 +2,16 @@
 #define DEFE_COUPLING_CONTACT_LAW_H
 
 /// \file
-/// Contact of two spheres: linear spring and dashpot along the normal, tangential spring with a
-/// Coulomb limit. Used for broken joints and for loose DEs.
+/// Contact of two spheres: spring and dashpot along the normal, tangential spring with a
+/// Coulomb limit. Used for broken joints and for loose DEs. Which spring: normal_law.h.
 ///
 /// With n from j to i, r = |x_i - x_j|, overlap g = contact_distance - r:
 ///
-///   F_n = max(0, kn g - c n.v_rel),  c = 2 zeta sqrt(kn m_eff)
+///   F_n = max(0, kn g + kt' xi^2/2 - c n.v_rel),  c = 2 zeta sqrt(kn m_eff)
 ///   F_t = -kt xi,  |F_t| <= mu F_n   (xi: tangential displacement of the contact point)
+///
+/// kn and kt may depend on g. Then kn is the secant, and kt' = d kt/dg keeps the energy kt xi^2/2 of the tangential
+/// spring while the two are pressed together and part again: without it they would gain from every oblique impact.
 ///
 /// The damping ratio zeta belongs to the restitution coefficient of exactly this law, with the
 /// contact ending when the force would become attractive (Schwager and Poeschel, Granular Matter 9
@@ -23,12 +26,13 @@
 namespace defe {
 
 struct ContactParameters {
-  double kn;             ///< normal stiffness, N/m; E d makes a closed crack as stiff as the solid
+  double kn;             ///< normal stiffness, N/m: force over overlap
   double kt;             ///< tangential stiffness, N/m
   double restitution;    ///< 0 < e <= 1
   double friction;       ///< Coulomb coefficient, >= 0
   /// Of critical damping, damping_ratio(restitution). Negative: found anew at every call, slow.
   double damping_ratio = -1.0;
+  double kt_slope = 0.0;    ///< kt'
 };
 
 struct ContactResult {
@@ -36,7 +40,7 @@ struct ContactResult {
   Vec3 torque_i;     ///< on i, about its centre
   Vec3 torque_j;     ///< on j, about its centre
   double overlap;    ///< contact_distance - r; <= 0: no contact, all else is 0
-  double stored;     ///< energy of both springs
+  double stored;     ///< energy of both springs, that of the normal one with kn
   double damped;     ///< energy lost in the dashpot during dt
   double rubbed;     ///< energy lost in friction during dt
   bool slipping;

@@ -20,6 +20,7 @@ struct JointCoeff {
   CrackNuclei nuclei;
   bool lattice = false;    ///< each joint is judged by its own traction, cracks know the mesh
   double restitution = 1.0, friction = 0.0, damping_ratio = 0.0;
+  unsigned char normal_law = 0;    ///< of contact: number in normal_law.h
   bool has_connective = false, has_cohesive = false, has_contact = false;
 };
 

@@ -20,8 +20,7 @@ struct BallOnPatch {
   double energy, force;
   double slope;    ///< of the force
   /// Factor of the damping ratio of a linear spring of stiffness force/overlap that gives about the same
-  /// restitution with this spring: sqrt((1 + n)/2), n = overlap slope/force the local exponent. (For
-  /// F = k o^n and weak damping the loss is that of the linear spring exactly.)
+  /// restitution with this spring: sqrt((1 + n)/2), n = overlap slope/force the local exponent (see NormalSpring).
   double damping_factor;
 };
 BallOnPatch ball_on_patch(double overlap, double R, double A, double k_A);
