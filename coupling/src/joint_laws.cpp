@@ -25,7 +25,8 @@ std::vector<double> JointLaws::crack_strengths() const
   std::vector<double> strength(coeffs.size(), HUGE_VAL);
   if (!with_connective || !with_cohesive) return strength;
   for (std::size_t k = 0; k < coeffs.size(); ++k)
-    if (coeffs[k].has_cohesive && !coeffs[k].lattice) strength[k] = coeffs[k].cohesive.sigma_t;
+    if (coeffs[k].has_cohesive && opening(coeffs[k]).by_cracks())
+      strength[k] = coeffs[k].cohesive.sigma_t;
   return strength;
 }
 
@@ -38,11 +39,11 @@ std::vector<CrackNuclei> JointLaws::crack_nuclei() const
   return nuclei;
 }
 
-bool JointLaws::any_lattice() const
+bool JointLaws::any_by_traction() const
 {
   return with_connective && with_cohesive &&
-      std::any_of(coeffs.begin(), coeffs.end(), [](const JointCoeff &c) {
-           return c.has_cohesive && c.lattice;
+      std::any_of(coeffs.begin(), coeffs.end(), [this](const JointCoeff &c) {
+           return c.has_cohesive && !opening(c).by_cracks();
          });
 }
 
@@ -65,7 +66,7 @@ std::uint64_t JointLaws::checksum() const
                           c.has_cohesive,
                           c.has_contact,
                           law.reciprocal,
-                          c.lattice,
+                          static_cast<char>(c.opening),
                           static_cast<char>(law.softening),
                           static_cast<char>(c.normal_law)};
     sum.add(numbers, sizeof(numbers));

@@ -4,11 +4,11 @@ namespace defe {
 
 bool start_softening(SofteningJoint &joint, const Vec3 &traction, const Vec3 &normal,
                      const Vec3 &along, double length, const JointStiffness &stiffness,
-                     const CohesiveParameters &law)
+                     const OpeningLaw &opening, const CohesiveParameters &law)
 {
   const double tn = traction.dot(normal);
   const double ts = (traction - tn * normal).norm();
-  if (!(tn > 0.0) || equivalent_traction(tn, ts, law) < law.sigma_t) return false;
+  if (!opening.starts(tn, ts, law)) return false;
   const double an = traction.dot(along);
   const auto state = cohesive_start(an, traction - an * along, stiffness, law);
   state.pack(joint.state);

@@ -23,7 +23,8 @@ JointStates::JointStates(JointTable &table, const JointLaws &l, EnergyLedger &su
   cracks_ = std::make_unique<JointCracks>(jt, particles, host);
   cracks_->set_strengths(laws.types + 1, laws.crack_strengths(), laws.crack_nuclei(), laws.moduli);
   if (!cracks_->on()) cracks_.reset();
-  lattice_beside_cracks = laws.any_lattice();
+  for (const auto &c : laws.coeffs) crack_cuts.push_back(cracks_ && laws.opening(c).by_cracks());
+  both_laws = cracks_ && laws.any_by_traction();
 }
 
 void JointStates::begin(const MovingParticles &p, double step, bool moves)
@@ -48,13 +49,20 @@ const CohesiveParameters &JointStates::adhesive_law(int d, int s) const
   return laws.adhesive_of(jt.material[d], jt.tie_part[~jt.nb[d][s]])->law;
 }
 
+const OpeningLaw &JointStates::opening(int d, int s) const
+{
+  const int other = jt.nb[d][s];
+  if (other < 0) return opening_law_of_ties();
+  return laws.opening(laws.of(particles.type[jt.self[d]], particles.type[other]));
+}
+
 /// Whether the joint is cut by a plane of its own; else its normal is that of the mesh.
 bool JointStates::by_crack(int d, int s) const
 {
   if (!cracks_) return false;
   const int other = jt.nb[d][s];
   if (other < 0) return false;
-  return !laws.of(particles.type[jt.self[d]], particles.type[other]).lattice;
+  return crack_cuts[laws.index(particles.type[jt.self[d]], particles.type[other])];
 }
 
 bool JointStates::at_lower_id(int d, int s) const
@@ -105,11 +113,9 @@ double JointStates::threshold_of(int d, int s) const
   if (tie ? !laws.adhesive_of(jt.material[d], jt.tie_part[~jt.nb[d][s]]) : jt.partner[d][s] < 0)
     return HUGE_VAL;
   if (!tie && !at_lower_id(d, s)) return HUGE_VAL;
-  if (jt.state[6 * d + s] != joint::CONNECTIVE || (!tie && by_crack(d, s))) return HUGE_VAL;
-  const auto &par = tie ? adhesive_law(d, s) : law_of(d, s);
-  double limit = par.sigma_t * jt.area[d][s];
-  if (par.reciprocal && par.beta < 1.0) limit *= par.beta;
-  if (!par.reciprocal && par.beta > 1.0) limit /= par.beta;
+  if (jt.state[6 * d + s] != joint::CONNECTIVE) return HUGE_VAL;
+  const double limit =
+      jt.area[d][s] * opening(d, s).least_traction(tie ? adhesive_law(d, s) : law_of(d, s));
   return limit * limit * (1.0 - 1.0e-12);
 }
 
@@ -123,7 +129,7 @@ bool JointStates::starts(int d, int s)
   if (jt.nb[d][s] < 0) {    // a tie: all of its force is the DE's half
     const auto tie = tie_point(d, s);
     return start_softening(softening_joint, Vec3(h) / slot.area, tie.normal(), tie.normal(),
-                           tie.length(), stiffness(d, s), adhesive_law(d, s));
+                           tie.length(), stiffness(d, s), opening(d, s), adhesive_law(d, s));
   }
   const int other = jt.partner[d][s];
   const double *g = &jt.half_force[other / 6][3 * (other % 6)];
@@ -132,7 +138,8 @@ bool JointStates::starts(int d, int s)
   const double length = y.norm();
   const Vec3 along = y / length;
   const Vec3 normal = d < jt.orthogonal ? along : face_normal(d, s, along);
-  return start_softening(softening_joint, t, normal, along, length, stiffness(d, s), law_of(d, s));
+  return start_softening(softening_joint, t, normal, along, length, stiffness(d, s), opening(d, s),
+                         law_of(d, s));
 }
 
 void JointStates::make_pending(int joint)
@@ -408,7 +415,7 @@ int JointStates::unpack_states(int d, const double *buf)
     jt.state[6 * d + s] = static_cast<unsigned char>(state);
     if (!cracks_ || !changed || cracks_->other_end(6 * d + s) < 0) continue;
     if (state == joint::CONTACT) cracks_->part(6 * d + s);
-    if (state == joint::COHESIVE && lattice_beside_cracks) cracks_->cut(6 * d + s);
+    if (state == joint::COHESIVE && both_laws) cracks_->cut(6 * d + s);
   }
   return m;
 }

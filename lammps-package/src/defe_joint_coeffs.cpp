@@ -14,17 +14,28 @@
 
 #include <cstring>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 using namespace LAMMPS_NS;
 
 namespace {
 
-std::string normal_laws()
+template <class Law> std::string names_of(const std::vector<const Law *> &all)
 {
   std::string names;
-  for (const auto *law : defe::normal_laws())
-    names += std::string(names.empty() ? "" : " or ") + law->name();
+  for (const auto *law : all) names += (names.empty() ? "" : " or ") + std::string(law->name());
   return names;
+}
+
+/// What may follow the numbers of a keyword.
+std::string words_after(const std::string &key)
+{
+  if (key == "contact") return ", or after its numbers " + names_of(defe::normal_laws());
+  if (key == "cohesive")
+    return ", or after its numbers reciprocal, overstrength X, scatter Y, " +
+        names_of(defe::softening_curves()) + ", " + names_of(defe::opening_laws());
+  return "";
 }
 
 }    // namespace
@@ -48,6 +59,7 @@ void JointCoeffReader::read(defe::JointLaws &laws)
 {
   find_types();
   defe::JointCoeff c;
+  std::string before;
   while (iarg < narg) {
     const std::string key = arg[iarg];
     if (key == "connective") {
@@ -67,7 +79,8 @@ void JointCoeffReader::read(defe::JointLaws &laws)
       read_contact(c);
     } else
       error->all(FLERR, "Unknown pair_coeff keyword {}: use connective, cohesive or contact{}", key,
-                 c.has_contact ? ", or after the numbers of contact " + normal_laws() : "");
+                 words_after(before));
+    before = key;
   }
   assign(laws, c);
 }
@@ -113,8 +126,8 @@ void JointCoeffReader::read_words(defe::JointCoeff &c)
     const std::string word = arg[iarg];
     if (word == "reciprocal")
       c.cohesive.reciprocal = true;
-    else if (word == "lattice")
-      c.lattice = true;
+    else if (const int opening = defe::find_opening_law(word); opening >= 0)
+      c.opening = static_cast<unsigned char>(opening);
     else if (const int curve = defe::find_softening_curve(word); curve >= 0)
       c.cohesive.softening = static_cast<unsigned char>(curve);
     else if (word == "overstrength" || word == "scatter") {
@@ -136,11 +149,11 @@ void JointCoeffReader::read_words(defe::JointCoeff &c)
                "Pair_coeff cohesive: scatter, of the strength of nuclei, must be from 0 to 1, "
                "not {}",
                n.scatter);
-  if (c.lattice && !of_nuclei.empty())
+  const auto &opening = *defe::opening_laws()[c.opening];
+  if (!opening.by_cracks() && !of_nuclei.empty())
     error->all(FLERR,
-               "Pair_coeff cohesive: with lattice each joint has sigma_t and nothing else: leave "
-               "{} out",
-               of_nuclei);
+               "Pair_coeff cohesive: with {} each joint has sigma_t and nothing else: leave {} out",
+               opening.name(), of_nuclei);
 }
 
 void JointCoeffReader::read_contact(defe::JointCoeff &c)

@@ -14,7 +14,7 @@
 namespace LAMMPS_NS {
 
 /** Reads the arguments of pair_coeff: I J connective (E nu | material) cohesive sigma_t G_f beta
-    [reciprocal] [linear|exponential] [lattice] [overstrength X] [scatter X] contact restitution
+    [reciprocal] [linear|exponential] [rings|lattice] [overstrength X] [scatter X] contact restitution
     friction [linear|hertz]. */
 class JointCoeffReader : protected Pointers {
  public:

@@ -373,19 +373,20 @@ void DefeNotes::laws()
     if (!p.convertible || (p.start.empty() && p.stress > sys.model.material_of(p).elastic().E))
       continue;
     const auto &law = pair->joint_law(p.type);
-    if (pair->joint_by_lattice(p.type)) {
+    const auto &opening = pair->opening_law(p.type);
+    if (!opening.by_cracks()) {
       double strength[3];    // of a tension along an axis, the diagonal of a face, that of a cube
       for (int k = 0; k < 3; k++) {
         const double normal = 1.0 / (k + 1.0);
         const double shear = std::sqrt(normal * (1.0 - normal));
         strength[k] = law.sigma_t / defe::equivalent_traction(normal, shear, law);
       }
-      say(fmt::format(
-          "with lattice and beta {:.4g} part {} breaks at {:.3g} along the lines of its "
-          "mesh, at {:.3g} along the diagonals of faces and {:.3g} along those of "
-          "elements, and cracks follow the lines (pair_coeff {} {}): without lattice "
-          "they do not know the mesh",
-          law.beta, p.name, strength[0], strength[1], strength[2], p.type, p.type));
+      say(fmt::format("with {} and beta {:.4g} part {} breaks at {:.3g} along the lines of its "
+                      "mesh, at {:.3g} along the diagonals of faces and {:.3g} along those of "
+                      "elements, and cracks follow the lines (pair_coeff {} {}): without {} "
+                      "they do not know the mesh",
+                      opening.name(), law.beta, p.name, strength[0], strength[1], strength[2],
+                      p.type, p.type, opening.name()));
     } else if (law.reciprocal && law.beta < 1.0)
       say(fmt::format("part {} is not weaker in shear for 'reciprocal' and beta {:.4g} (pair_coeff "
                       "{} {}): its cracks start where the largest principal stress is {:.6g}, and "

@@ -121,7 +121,7 @@ void PairDefeJoint::init_style()
 }
 
 /* ----------------------------------------------------------------------
-   cracks are followed if any pair of types has a strength without "lattice"
+   cracks are followed if they open the joints of any pair of types
 ------------------------------------------------------------------------- */
 
 void PairDefeJoint::make_states()
@@ -258,11 +258,11 @@ void PairDefeJoint::check_laws()
   if (all == 0) return;
   MPI_Allreduce(&example, &first, 1, MPI_INT, MPI_MIN, world);
   const int types = first / 2;
+  const std::string before = defe::names_of_opening_laws(first % 2);
   error->all(FLERR,
-             "Pair_coeff {} {} cohesive: {} joints have cracked {} lattice, and their law cannot "
-             "change: give it {} lattice as before",
-             types / (laws.types + 1), types % (laws.types + 1), all,
-             first % 2 ? "without" : "with", first % 2 ? "without" : "with");
+             "Pair_coeff {} {} cohesive: {} joints have cracked by the law {}, which cannot "
+             "change: give it {} as before",
+             types / (laws.types + 1), types % (laws.types + 1), all, before, before);
 }
 
 /* ----------------------------------------------------------------------

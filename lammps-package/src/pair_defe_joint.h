@@ -52,9 +52,9 @@ class PairDefeJoint : public Pair {
   /** Strength of the joints between DEs of this type (pair_coeff ... cohesive). */
   double joint_strength(int type) const { return laws.of(type, type).cohesive.sigma_t; }
 
-  /** The law of these joints, and whether each is judged by its own traction ("lattice"). */
+  /** The laws of these joints. */
   const defe::CohesiveParameters &joint_law(int type) const { return laws.of(type, type).cohesive; }
-  bool joint_by_lattice(int type) const { return laws.of(type, type).lattice; }
+  const defe::OpeningLaw &opening_law(int type) const { return laws.opening(laws.of(type, type)); }
 
  protected:
   defe::JointLaws laws;

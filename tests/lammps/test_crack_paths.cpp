@@ -102,14 +102,14 @@ TEST(CrackPaths, LawsOfCracksCannotChange)
   lmp.commands(joint + contact + "run 5\nwrite_restart laws.restart\n");
   EXPECT_THAT(failure(lmp, joint + " lattice" + contact + "run 0"),
               testing::ContainsRegex(
-                  "Pair_coeff 4 5 cohesive: [0-9]+ joints have cracked without lattice, and their "
-                  "law cannot change: give it without lattice as before"));
-  for (const std::string law : {"", " lattice"}) {
+                  "Pair_coeff 4 5 cohesive: [0-9]+ joints have cracked by the law rings, which "
+                  "cannot change: give it rings as before"));
+  for (const std::string law : {"", " rings", " lattice"}) {
     Lammps again;
     const std::string message = failure(again,
                                         header_of(s) + "read_restart laws.restart\n" + fix_of(s) +
                                             motion_of(s) + joint + law + contact + "run 5\n");
-    EXPECT_EQ(message.find("without lattice as before") != std::string::npos, !law.empty())
+    EXPECT_EQ(message.find("give it rings as before") != std::string::npos, law == " lattice")
         << message;
   }
 }

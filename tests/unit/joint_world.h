@@ -125,11 +125,12 @@ class JointWorld {
 
   /// \param rank_of  by DE
   JointWorld(const Block &b, const JointCoeff &coeff, const std::function<int(int)> &rank_of,
-             bool boxes = true) :
+             bool boxes = true, const std::vector<const OpeningLaw *> &openings = opening_laws()) :
       block(b),
       x(b.X), v(b.X.size(), Vec3::Zero()), f(v), omega(v), type(b.X.size(), 1), id(b.X.size())
   {
     laws.set_types(1);
+    laws.openings = openings;
     laws.coeffs.assign(4, coeff);
     laws.acting.assign(4, JointLaws::OURS);
     laws.moduli = {block.moduli};

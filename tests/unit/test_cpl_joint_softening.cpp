@@ -23,7 +23,8 @@ namespace {
   bool starts(Joint &j, const Vec3 &traction, const Vec3 &normal = ex, const Vec3 &along = ex)
   {
     auto view = j.view();
-    return start_softening(view, traction, normal, along, 1.1e-3, stiffness, glass);
+    return start_softening(view, traction, normal, along, 1.1e-3, stiffness, opening_law_of_ties(),
+                           glass);
   }
 
   TEST(JointSoftening, StartsAtItsStrengthAndOnlyInTension)

@@ -15,7 +15,7 @@ namespace {
   {
     JointCoeff c;
     c.cohesive = {60e6, 10.0, 0.1, false, static_cast<unsigned char>(find_softening_curve(curve))};
-    c.lattice = lattice;
+    c.opening = static_cast<unsigned char>(find_opening_law(lattice ? "lattice" : "rings"));
     c.has_connective = c.has_cohesive = true;
     return c;
   }

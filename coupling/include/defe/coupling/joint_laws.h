@@ -7,6 +7,7 @@
 #include "defe/coupling/cohesive.h"
 #include "defe/coupling/corner_strain.h"
 #include "defe/coupling/crack_growth.h"
+#include "defe/coupling/opening_law.h"
 
 #include <cstdint>
 #include <vector>
@@ -18,7 +19,7 @@ struct JointCoeff {
   double E = 0.0, nu = 0.0;    ///< connective; 0 = take the material of the part
   CohesiveParameters cohesive{0.0, 0.0, 0.0, false};
   CrackNuclei nuclei;
-  bool lattice = false;    ///< each joint is judged by its own traction, cracks know the mesh
+  unsigned char opening = 0;    ///< number in JointLaws::openings
   double restitution = 1.0, friction = 0.0, damping_ratio = 0.0;
   unsigned char normal_law = 0;    ///< of contact: number in normal_law.h
   bool has_connective = false, has_cohesive = false, has_contact = false;
@@ -41,6 +42,8 @@ struct JointLaws {
   std::vector<char> acting;       ///< (types+1)^2: which styles act between two types
   std::vector<char> meets_des;    ///< per type: this style acts between it and DEs of some type
 
+  std::vector<const OpeningLaw *> openings = opening_laws();
+
   std::vector<CornerModuli> moduli;    ///< per part
   std::vector<double> young;           ///< per part
   std::vector<Adhesive> adhesives;
@@ -48,6 +51,7 @@ struct JointLaws {
   void set_types(int n);
   int index(int i, int j) const { return i * (types + 1) + j; }
   const JointCoeff &of(int i, int j) const { return coeffs[index(i, j)]; }
+  const OpeningLaw &opening(const JointCoeff &c) const { return *openings[c.opening]; }
   bool acts_on(int i, int j) const { return acting[index(i, j)] & OURS; }
   JointStiffness stiffness(int part, double length) const
   {
@@ -66,7 +70,7 @@ struct JointLaws {
   std::vector<double> crack_strengths() const;
   std::vector<CrackNuclei> crack_nuclei() const;
   /// Whether joints between some types are judged by their own traction.
-  bool any_lattice() const;
+  bool any_by_traction() const;
 
   std::uint64_t checksum() const;    ///< of all coefficients
 };

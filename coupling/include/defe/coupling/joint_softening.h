@@ -2,10 +2,10 @@
 #define DEFE_COUPLING_JOINT_SOFTENING_H
 
 /// \file
-/// A joint or a tie from the strength to its end, by the law of cohesive.h: when it starts, what it does in a step,
+/// A joint or a tie from the strength to its end, by the laws of opening_law.h and cohesive.h: when it starts, what it does in a step,
 /// and which entries of the account of energies take what it loses.
 
-#include "defe/coupling/cohesive.h"
+#include "defe/coupling/opening_law.h"
 
 namespace defe {
 
@@ -18,12 +18,13 @@ struct SofteningJoint {
   signed char &pending;     ///< not 0: its energy is to be booked with its first force
 };
 
-/// A joint with this traction (on the end that `along` points away from) starts if it is at its strength under
-/// tension: then its state is set, and true is returned.
+/// A joint with this traction (on the end that `along` points away from) starts if the law of opening says so: then its
+/// state is set, and true is returned.
 /// \param normal  of the face that it crosses, by which strength is judged
 /// \param along   direction in which the joint stretches from now on, and its length
 bool start_softening(SofteningJoint &, const Vec3 &traction, const Vec3 &normal, const Vec3 &along,
-                     double length, const JointStiffness &, const CohesiveParameters &);
+                     double length, const JointStiffness &, const OpeningLaw &,
+                     const CohesiveParameters &);
 
 struct SofteningStep {
   CohesiveResult law;

@@ -127,7 +127,9 @@ class JointStates {
   bool moving = false;
 
   std::unique_ptr<JointCracks> cracks_;
-  bool lattice_beside_cracks = false;
+  bool both_laws = false;    // some joints are cut by cracks, others judged by their traction
+  std::vector<char>
+      crack_cuts;    // by types, as JointLaws::coeffs: joints are cut by planes of their own
 
   /// By slot: square of the force below which the strength cannot be reached; infinite where there is no
   /// joint to decide on, or where the other side decides.
@@ -141,6 +143,7 @@ class JointStates {
 
   const CohesiveParameters &law_of(int d, int s) const;
   const CohesiveParameters &adhesive_law(int d, int s) const;
+  const OpeningLaw &opening(int d, int s) const;
   bool by_crack(int d, int s) const;
   bool at_lower_id(int d, int s) const;
   JointStiffness stiffness(int d, int s) const
