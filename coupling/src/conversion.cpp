@@ -70,7 +70,7 @@ GeneralCell cell_of(const std::array<NewDE, 8> &de, int k)
   return cell;
 }
 
-double tie_swing(const Vec3 &X, const Vec3 &x, const Vec3 face_X[4], const Vec3 face_x[4])
+double tie_rotation(const Vec3 &X, const Vec3 &x, const Vec3 face_X[4], const Vec3 face_x[4])
 {
   Vec3 along[2];
   double length = 0.0;

@@ -419,8 +419,8 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
     if (out.newly_broken) out.excess -= joint.stored - held_back;
   }
   for (int k = 0; k < 3; ++k) joint.e[k] = e[k];
-  out.apart = joint.broken && (at - geometry.d).norm() > 0.2 * geometry.d.norm();
-  if (out.apart) {
+  out.separated = joint.broken && (at - geometry.d).norm() > 0.2 * geometry.d.norm();
+  if (out.separated) {
     out.excess += joint.stored;    // of a closed plane that slid away: nobody takes it over
     joint.stored = 0.0;
     return out;

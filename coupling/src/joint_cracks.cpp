@@ -316,7 +316,7 @@ namespace {
       for (Vec3 &f : arms) f.setZero();
     out.dissipated = out.fracture = out.excess = out.work_new = out.rubbed = 0.0;
     out.damage = 1.0;
-    out.newly_broken = out.apart = false;
+    out.newly_broken = out.separated = false;
     return out;
   }
 
@@ -354,7 +354,7 @@ CrackForces JointCracks::advance(int joint, CrackJoint &law, const CohesiveParam
   if (law.broken && y.norm() > 1.2 * g.d.norm()) {
     CrackForces out = open_plane();
     out.excess = law.stored;
-    out.apart = true;
+    out.separated = true;
     law.stored = 0.0;
     return out;
   }

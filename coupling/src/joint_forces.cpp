@@ -261,7 +261,7 @@ void JointStates::soften_crack(int d, int s, ForceSums &sums)
     close_plane(d, s);
     event(d, s, EventKind::BROKEN, 1.0);
   }
-  if (r.apart) {
+  if (r.separated) {
     leave_plane(d, s);
     return;
   }

@@ -324,7 +324,7 @@ void JointStates::leave_plane(int d, int s)
   adopt_state(6 * d + s, joint::CONTACT);
   if (other >= 0 && other < 6 * jt.nde) {
     jt.record(other).plane = 0;
-    set_apart(other, jt.record(d, s).apart);
+    set_contact_distance(other, jt.record(d, s).contact_distance);
     jt.state[other] = joint::CONTACT;
   }
 }
@@ -345,18 +345,20 @@ void JointStates::adopt_state(int ds, int state)
   const int i = jt.self[d], j = jt.nb[d][s];
   // at the distance itself, rounding would decide on each number of ranks anew whether they are in contact
   if (was_plane)
-    set_apart(ds, (1.0 - 1.0e-9) * (particles.position(j) - particles.position(i)).norm());
-  broken_.push_back({i, j, slot.apart});
+    set_contact_distance(ds,
+                         (1.0 - 1.0e-9) * (particles.position(j) - particles.position(i)).norm());
+  broken_.push_back({i, j, slot.contact_distance});
 }
 
-void JointStates::set_apart(int ds, double distance)
+void JointStates::set_contact_distance(int ds, double distance)
 {
-  auto &list = jt.apart;
-  jt.record(ds).apart = distance;
+  auto &list = jt.contact_distances;
+  jt.record(ds).contact_distance = distance;
   const int other = jt.nb[ds / 6][ds % 6];
-  const auto behind = std::find_if(list.begin(), list.end(), [ds](const JointTable::Apart &a) {
-    return a.de > ds / 6;
-  });
+  const auto behind =
+      std::find_if(list.begin(), list.end(), [ds](const JointTable::ContactDistance &a) {
+        return a.de > ds / 6;
+      });
   list.insert(behind, {ds / 6, particles.id[other], distance});
 }
 

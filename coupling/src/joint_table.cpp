@@ -18,7 +18,7 @@ void JointTable::clear()
   area.clear();
   tie_element.clear();
   tie_part.clear();
-  apart.clear();
+  contact_distances.clear();
   len.clear();
   half.clear();
   material.clear();
@@ -35,12 +35,13 @@ void JointTable::clear()
   pending.clear();
 }
 
-double JointTable::distance_apart(int d, std::int64_t other) const
+double JointTable::contact_distance(int d, std::int64_t other) const
 {
-  auto found = std::lower_bound(apart.begin(), apart.end(), d, [](const Apart &a, int de) {
-    return a.de < de;
-  });
-  for (; found != apart.end() && found->de == d; ++found)
+  auto found = std::lower_bound(contact_distances.begin(), contact_distances.end(), d,
+                                [](const ContactDistance &a, int de) {
+                                  return a.de < de;
+                                });
+  for (; found != contact_distances.end() && found->de == d; ++found)
     if (found->other == other) return found->distance;
   return 0.0;
 }

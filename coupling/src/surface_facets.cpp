@@ -43,7 +43,7 @@ void ContactFacets::collect_balls()
 }
 
 /* ----------------------------------------------------------------------
-   a grid in which all that a facet can touch is at most two cells away, large balls apart
+   a grid in which all that a facet can touch, except large balls, is at most two cells away
 ------------------------------------------------------------------------- */
 
 Cells ContactFacets::neighbourhoods() const

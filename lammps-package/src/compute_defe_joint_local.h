@@ -54,7 +54,7 @@ class ComputeDefeJointLocal : public Compute {
     LENGTH0
   };
   std::vector<Quantity> what;
-  bool views = false;    // more than the records hold is asked for
+  bool views = false;    // the output needs more than the records hold
   int nmax = 0;
   struct DefeSystem *sys = nullptr;
   PairDefeJoint *pair = nullptr;

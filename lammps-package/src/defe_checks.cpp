@@ -108,8 +108,8 @@ void DefeChecks::radii_of_nodes() const
 }
 
 /* ----------------------------------------------------------------------
-   adhesives need a pair style that softens joints and contact for afterwards; ties that soften
-   (after a restart) need their adhesive
+   adhesives need a pair style that softens joints, and contact for what happens after they are broken; ties that
+   soften (after a restart) need their adhesive
 ------------------------------------------------------------------------- */
 
 void DefeChecks::adhesives() const
@@ -230,7 +230,7 @@ double DefeChecks::radius_to_come(int type) const
 }
 
 /* ----------------------------------------------------------------------
-   granular walls act on radii, which nodes have none of: elements would fall through without a word
+   granular walls act on radii, and nodes have none: elements would fall through silently
 ------------------------------------------------------------------------- */
 
 void DefeChecks::granular_walls() const
@@ -251,8 +251,8 @@ void DefeChecks::granular_walls() const
 }
 
 /* ----------------------------------------------------------------------
-   elements are about to convert: what that does to the energy of their contact with walls will be
-   known when the walls have found the new DEs
+   elements are about to convert: what this does to the energy of their contact with walls is known
+   once the walls have found the new DEs
 ------------------------------------------------------------------------- */
 
 void DefeChecks::note_energy_in_walls() const

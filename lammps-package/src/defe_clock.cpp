@@ -17,8 +17,8 @@ double DefeClock::now() const
 }
 
 /* ----------------------------------------------------------------------
-   the clock may have been put back or forward since the last step (reset_timestep): shields keep their
-   age, forces of the last step are still those, and what waits for a step goes on waiting as long
+   the clock may have been set back or forward since the last step (reset_timestep): shields keep their age,
+   forces of the last step remain so, and whatever waits for a step waits just as long as before
 ------------------------------------------------------------------------- */
 
 void DefeClock::follow(bigint step)

@@ -56,7 +56,7 @@ struct DefeConversion::Draft {
 };
 
 /* ----------------------------------------------------------------------
-   first setup of a run: conversion of what is to be discrete from the start
+   first setup of a run: what is to be discrete from the start converts
 ------------------------------------------------------------------------- */
 
 void DefeConversion::convert_start()
@@ -110,13 +110,13 @@ void DefeConversion::mark_start()
 }
 
 /* ----------------------------------------------------------------------
-   a DE was tied to a face of an element that converts: 0 if a joint to the DE of that corner takes
-   the place of the tie, else the distance of the two, which stay apart
-   The ranks of both DEs ask, with the same answer.
+   a DE was tied to a face of an element that converts. If a joint to the DE of that corner takes the place of
+   the tie: 0; else the distance below which the two, which stay unbonded, are in contact.
+   The ranks of both DEs compute the same answer.
 ------------------------------------------------------------------------- */
 
-double DefeConversion::distance_if_swung(int i, const tagint *face, int corner,
-                                         const HexCoords &element, int part) const
+double DefeConversion::contact_distance_if_separated(int i, const tagint *face, int corner,
+                                                     const HexCoords &element, int part) const
 {
   Vec3 X[4], x[4];
   for (int k = 0; k < 4; k++) {
@@ -132,14 +132,14 @@ double DefeConversion::distance_if_swung(int i, const tagint *face, int corner,
   }
   const DefePart &p = sys.model.parts[part];
   const double strain = p.stress / sys.model.material_of(p).elastic().E;
-  if (defe::tie_swing(Vec3(sys.store.x_frame(i)), Vec3(atom->x[i]), X, x) <
-      defe::swing_limit * strain)
+  if (defe::tie_rotation(Vec3(sys.store.x_frame(i)), Vec3(atom->x[i]), X, x) <
+      defe::tie_rotation_limit * strain)
     return 0.0;
-  Vec3 apart = defe::place_of_de(element, corner) - Vec3(atom->x[i]);
-  domain->minimum_image(apart.data());
-  // less by what rounding cannot make up for: the two must not be in contact in this very step on
-  // some numbers of ranks only
-  return (1.0 - 1.0e-9) * apart.norm();
+  Vec3 between = defe::place_of_de(element, corner) - Vec3(atom->x[i]);
+  domain->minimum_image(between.data());
+  // a little less, so that rounding does not bring the two into contact in this very step on some numbers of
+  // ranks only
+  return (1.0 - 1.0e-9) * between.norm();
 }
 
 /* ----------------------------------------------------------------------
@@ -320,9 +320,9 @@ void DefeConversion::ties_to_joints(const defe::ConversionPlan &plan)
     for (auto &slot : r.slot) {
       if (!ends(slot)) continue;
       const auto element = plan.converting(slot.other)->coords();
-      slot.apart =
-          distance_if_swung(sys.joints.self[d], slot.face_node, slot.corner, element, slot.part);
-      if (slot.apart > 0.0) slot.state = DefeJoint::CONTACT;
+      slot.contact_distance = contact_distance_if_separated(sys.joints.self[d], slot.face_node,
+                                                            slot.corner, element, slot.part);
+      if (slot.contact_distance > 0.0) slot.state = DefeJoint::CONTACT;
       slot.asks = 0;
       slot.kind = DefeJoint::DE;
       slot.other = static_cast<tagint>(plan.joint_of_tie(slot.other, slot.corner));
@@ -415,7 +415,8 @@ void DefeConversion::add_births(Draft &c, const Own &o)
     r.part = h.part;
     r.lot = static_cast<tagint>(o.planned->lot);
     for (int s = 0; s < 6; s++)
-      if (planned[k].slot[s].to_older) hold_apart(birth.tag, r, s, planned[k], eight[k], idx, xe);
+      if (planned[k].slot[s].to_older)
+        break_joint_to_older(birth.tag, r, s, planned[k], eight[k], idx, xe);
     c.births.push_back(birth);
   }
 }
@@ -455,20 +456,20 @@ void DefeConversion::fill_record(DERecord &r, const defe::NewDE &de, const defe:
 }
 
 /* ----------------------------------------------------------------------
-   a joint to a DE that was tied to the element: where that has swung too far, it is broken from the start
+   a joint to a DE that was tied to the element: if the tie has rotated too far, it is broken from the start
 ------------------------------------------------------------------------- */
 
-void DefeConversion::hold_apart(tagint tag, DERecord &r, int s, const defe::PlannedDE &planned,
-                                const defe::NewDE &de, const std::array<int, 8> &idx,
-                                const HexCoords &element)
+void DefeConversion::break_joint_to_older(tagint tag, DERecord &r, int s,
+                                          const defe::PlannedDE &planned, const defe::NewDE &de,
+                                          const std::array<int, 8> &idx, const HexCoords &element)
 {
   JointSlot &slot = r.slot[s];
   const int j = domain->closest_image(idx[r.corner], sys.ids.local_of(slot.other));
   if (j < 0) return;    // deleted
   tagint face_node[4];
   for (int c = 0; c < 4; c++) face_node[c] = static_cast<tagint>(planned.slot[s].face_node[c]);
-  slot.apart = distance_if_swung(j, face_node, r.corner, element, r.part);
-  if (!(slot.apart > 0.0)) return;
+  slot.contact_distance = contact_distance_if_separated(j, face_node, r.corner, element, r.part);
+  if (!(slot.contact_distance > 0.0)) return;
   slot.state = DefeJoint::CONTACT;
   defe::Event e{};
   e.step = update->ntimestep;
@@ -544,7 +545,7 @@ bigint DefeConversion::delete_nodes()
   for (int i = atom->nlocal - 1; i >= 0; i--)
     if (loss.count[i] > 0 && sys.store.elements_at(i) == 0) {
       nodes_gone++;
-      if (const auto *t = sys.store.touches(i))
+      if (const auto *t = sys.store.contacts_of(i))
         for (const auto &face : t->faces) sys.ledger.friction += face.stored;    // springs let go
       if (i != n - 1)
         atom->avec->copy(n - 1, i, 1);
@@ -583,7 +584,7 @@ void DefeConversion::create_des(const Draft &c)
     domain->unmap(b.de.X.data(), b.image, ref);
     sys.store.set_reference(i, ref);
     sys.store.set_de(i, b.record);
-    sys.store.touch_at(i).fresh = true;
+    sys.store.contacts_at(i).fresh = true;
     const DefeSurface::BallShare first{b.record.element, b.node, 0, 0.0, 0.0};
     auto share = std::lower_bound(
         c.from_balls.begin(), c.from_balls.end(), first, [](const auto &p, const auto &q) {
@@ -592,7 +593,7 @@ void DefeConversion::create_des(const Draft &c)
     for (; share != c.from_balls.end() && share->element == first.element &&
          share->node == first.node;
          ++share) {
-      auto &list = sys.store.touch_at(i).spheres;
+      auto &list = sys.store.contacts_at(i).spheres;
       if (list.empty() || list.back().other != share->ball)
         list.push_back({share->ball, {0.0, 0.0, 0.0}, 0.0, 0.0, 0.0});
       list.back().inherit += share->energy;
@@ -602,7 +603,7 @@ void DefeConversion::create_des(const Draft &c)
 }
 
 /* ----------------------------------------------------------------------
-   totals, and the atom map; local indices are void until the next reneighbouring
+   totals, and the atom map; local indices are invalid until the next reneighbouring
 ------------------------------------------------------------------------- */
 
 void DefeConversion::finish(bigint converted, bigint nodes_gone)

@@ -51,10 +51,11 @@ class DefeConversion : protected DefeComponent {
   void record_conversion(const Own &);
   void add_births(Draft &, const Own &);
   static void fill_record(DERecord &, const defe::NewDE &, const defe::PlannedDE &);
-  void hold_apart(tagint tag, DERecord &, int slot, const defe::PlannedDE &, const defe::NewDE &,
-                  const std::array<int, 8> &idx, const defe::fe::HexCoords &element);
-  double distance_if_swung(int i, const tagint *face, int corner,
-                           const defe::fe::HexCoords &element, int part) const;
+  void break_joint_to_older(tagint tag, DERecord &, int slot, const defe::PlannedDE &,
+                            const defe::NewDE &, const std::array<int, 8> &idx,
+                            const defe::fe::HexCoords &element);
+  double contact_distance_if_separated(int i, const tagint *face, int corner,
+                                       const defe::fe::HexCoords &element, int part) const;
   bigint remove_converted(const Draft &);
   void take_losses();
   bigint delete_nodes();

@@ -27,13 +27,13 @@ defe::CrackDE DefeCrackHost::describe(int de) const
 
 std::vector<defe::JointCrack> *DefeCrackHost::find_cracks(int de) const
 {
-  AtomTouch *t = sys.store.touches(sys.joints.self[de]);
+  AtomContacts *t = sys.store.contacts_of(sys.joints.self[de]);
   return t ? &t->cracks : nullptr;
 }
 
 std::vector<defe::JointCrack> &DefeCrackHost::cracks_of(int de)
 {
-  return sys.store.touch_at(sys.joints.self[de]).cracks;
+  return sys.store.contacts_at(sys.joints.self[de]).cracks;
 }
 
 int DefeCrackHost::nearest(int de, std::int64_t id) const

@@ -105,7 +105,7 @@ void DefeElements::clear()
 }
 
 /* ----------------------------------------------------------------------
-   elements that are to convert are few, and are not looked for among all
+   elements that are to convert are few: they are listed, not searched for among all
 ------------------------------------------------------------------------- */
 
 void DefeElements::mark(int batch, int e)
@@ -217,7 +217,7 @@ void DefeElements::forces(double *virial)
 
 /* ----------------------------------------------------------------------
    forces of all elements of this rank, added to f; bounds of their stress
-   material histories are advanced by history_step (0 = not)
+   material histories are advanced by history_step (0: they are not)
 ------------------------------------------------------------------------- */
 
 void DefeElements::evaluate(double *f, double history_step, double *virial)
@@ -279,8 +279,8 @@ void DefeElements::centre_stress(const HexRecord &h, double *centre, double *str
 }
 
 /* ----------------------------------------------------------------------
-   largest distance between two nodes of an element of this rank; those that are certainly provided
-   for may be left out
+   largest distance between two nodes of an element of this rank; elements that are certainly within the ghost
+   cutoff may be left out
 ------------------------------------------------------------------------- */
 
 double DefeElements::longest() const
@@ -327,7 +327,7 @@ double DefeElements::largest_stress() const
 }
 
 /* ----------------------------------------------------------------------
-   what energy() has left on nodes of other ranks is sent to these
+   what energy() has left on nodes of other ranks is sent to their owners
 ------------------------------------------------------------------------- */
 
 const double *DefeElements::finite_forces()

@@ -22,7 +22,7 @@ using namespace LAMMPS_NS;
 
 void DefeEvents::name_run()
 {
-  if (!log.on() || log.named()) return;
+  if (!log.on() || log.has_run()) return;
   uint64_t mine[2] = {0, 0}, all[2];
   bigint elements = 0, all_elements = 0;
   for (int i = 0; i < atom->nlocal; i++) {

@@ -38,7 +38,7 @@ double DefeGhosts::reach() const
 }
 
 /* ----------------------------------------------------------------------
-   more ghosts from the next exchange on, if elements have become longer or there are DEs now
+   more ghosts from the next exchange on, if elements have grown longer or there are DEs now
 ------------------------------------------------------------------------- */
 
 void DefeGhosts::provide(double longest)
@@ -116,8 +116,8 @@ void DefeGhosts::make_for_setup()
 }
 
 /* ----------------------------------------------------------------------
-   on a reneighbouring step LAMMPS does not update ghosts: they still are where
-   they were a step ago. Fresh positions and velocities for what follows.
+   on a reneighbouring step LAMMPS does not update ghosts: they are still where they were a step ago.
+   What follows needs current positions and velocities.
 ------------------------------------------------------------------------- */
 
 void DefeGhosts::update_positions()
@@ -146,7 +146,7 @@ void DefeGhosts::Positions::unpack_forward(int n, int first, const double *buf)
 }
 
 /* ----------------------------------------------------------------------
-   messages, by the communication of the host
+   messages, sent through the fix
 ------------------------------------------------------------------------- */
 
 void DefeGhosts::forward(DefeMessage &m, int size)

@@ -33,9 +33,9 @@ int DefeIds::local_of(tagint tag) const
    lots of eight IDs for the elements of this rank that convert now, given by ID; collective
 
    The first lots have the numbers of the elements, so that an element's DEs have the same IDs in every
-   run. LAMMPS gives new atoms the IDs that follow the largest one there is: as long as the last lot is
-   not in use, these are of lots to come. From then on lots are dealt beyond all IDs, in the order of
-   conversions, and of the elements' IDs within one: on any number of processors the same.
+   run. LAMMPS gives new atoms the IDs that follow the largest one: as long as the last lot is not in use, they
+   fall into lots that are still to be used. From then on lots are given out beyond all IDs, in the order of
+   conversions, and of the elements' IDs within one: the same on any number of processors.
 ------------------------------------------------------------------------- */
 
 std::vector<tagint> DefeIds::deal_lots(const std::vector<tagint> &elements)
@@ -65,7 +65,7 @@ std::vector<tagint> DefeIds::deal_lots(const std::vector<tagint> &elements)
 }
 
 /* ----------------------------------------------------------------------
-   lots beyond all IDs: ranks count the elements of their share of all IDs, so that nobody sees more than
+   lots beyond all IDs: each rank counts the elements of its share of all IDs, so that none holds more than
    that; returns the last lot
 ------------------------------------------------------------------------- */
 
@@ -105,7 +105,7 @@ bigint DefeIds::deal_behind_all(const std::vector<tagint> &elements,
 }
 
 /* ----------------------------------------------------------------------
-   a fix has just inserted this atom: what energy it brings is external
+   a fix has just inserted this atom: the energy that it brings is external
 ------------------------------------------------------------------------- */
 
 void DefeIds::register_newcomer(int i)

@@ -31,7 +31,7 @@
 using namespace LAMMPS_NS;
 
 /* ----------------------------------------------------------------------
-   of an atom: all that forces depend on, but for its position, which may be remapped
+   of an atom: all that forces depend on except its position, which may be remapped
 ------------------------------------------------------------------------- */
 
 uint64_t DefeKept::motion_of(int i) const
@@ -47,7 +47,7 @@ uint64_t DefeKept::motion_of(int i) const
 }
 
 /* ----------------------------------------------------------------------
-   of what the script says about the forces that are kept
+   of the settings that the kept forces depend on
 ------------------------------------------------------------------------- */
 
 uint64_t DefeKept::laws() const
@@ -165,7 +165,7 @@ void DefeKept::take()
 }
 
 /* ----------------------------------------------------------------------
-   what is of the last step stays so when the clock is set
+   forces of the last step stay those of the last step when the clock is set
 ------------------------------------------------------------------------- */
 
 void DefeKept::follow(bigint last_step, bigint step)

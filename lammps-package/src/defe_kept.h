@@ -28,7 +28,7 @@ class DefeKept : protected DefeComponent, public DefeField {
   using DefeComponent::DefeComponent;
   void keep();
   void drop();
-  /** At a setup: takes them if they are those of now. */
+  /** At a setup: takes them if they belong to the present step and settings. */
   void take();
 
   bool running() const { return running_; }    // between the first step of a run and its end

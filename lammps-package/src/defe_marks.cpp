@@ -29,8 +29,8 @@ DefeMarks::~DefeMarks()
 }
 
 /* ----------------------------------------------------------------------
-   elements that a crack wants to go on in (slot.asks), told by the DEs before them: the rank of an element
-   has these as ghosts
+   elements into which a crack is about to grow (slot.asks of the DEs in front of them, which the rank of the
+   element has as ghosts)
 ------------------------------------------------------------------------- */
 
 // with "check yes": the list of elements that are to convert is what a look at all of them finds
@@ -121,7 +121,7 @@ double DefeMarks::value_of(const DefeBatch &b, int e, Vec3 &direction) const
 }
 
 /* ----------------------------------------------------------------------
-   must it wait for what a crack beside it will do? Shields that have had their time are dropped.
+   must it wait for the crack beside it? Shields that have expired are dropped.
 ------------------------------------------------------------------------- */
 
 bool DefeMarks::is_shielded(HexRecord &h, const DefePart &p, double value,
@@ -142,7 +142,7 @@ bool DefeMarks::is_shielded(HexRecord &h, const DefePart &p, double value,
 
 /* ----------------------------------------------------------------------
    which elements convert at the next step. With "collect" they wait, marked, for the end of a window of so many
-   steps, which begins at a multiple: the step alone says when, so that neither ranks nor restarts matter.
+   steps, which begins at a multiple of them: it depends on the step alone, not on ranks or restarts.
 ------------------------------------------------------------------------- */
 
 bool DefeMarks::closes(bigint evaluation) const
@@ -218,7 +218,7 @@ void DefeMarks::answer()
 }
 
 /* ----------------------------------------------------------------------
-   whether elements convert in the next step is not asked again by a run with `pre no`
+   a run with `pre no` does not ask again whether elements convert in the next step
 ------------------------------------------------------------------------- */
 
 void DefeMarks::end_run()
@@ -282,9 +282,9 @@ void DefeMarks::take()
 }
 
 /* ----------------------------------------------------------------------
-   the criterion is asked at every step: an element that is far above it at once tells of a load that comes
-   faster than steps follow, and neighbours convert with it that would have been relieved. (Those that the
-   shielding may have held back do not tell.) No message of its own: it travels with the marks.
+   the criterion is evaluated at every step: an element that is far above it at once means that the load rises
+   faster than the steps can follow, and neighbours convert with it that would have been relieved. (Elements that
+   shielding may have held back say nothing about this.) It needs no message of its own: it travels with the marks.
 ------------------------------------------------------------------------- */
 
 void DefeMarks::note_jump(tagint tag, double ratio)

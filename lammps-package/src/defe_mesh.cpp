@@ -179,7 +179,7 @@ void DefeMesh::collect(DefeMeshDraft &mesh)
 }
 
 /* ----------------------------------------------------------------------
-   IDs are unique; each node is known to the rank that its ID is dealt to
+   IDs are unique; each node is known to the rank that its ID is assigned to (rendezvous)
 ------------------------------------------------------------------------- */
 
 void DefeMesh::make_directory(DefeMeshDraft &mesh)
@@ -279,7 +279,7 @@ void DefeMesh::find_coordinates(const DefeMeshDraft &mesh, int first, int last,
 }
 
 /* ----------------------------------------------------------------------
-   false: it can be used, but is suspicious
+   false: the mesh can be used, but looks wrong
 ------------------------------------------------------------------------- */
 
 bool DefeMesh::check_element(const HexRecord &h, const HexCoords &X) const
@@ -397,7 +397,7 @@ void DefeMesh::add_masses(const DefeMeshDraft &mesh)
 }
 
 /* ----------------------------------------------------------------------
-   what is behind each face: the two elements of a face meet at the lowest ID of its nodes
+   what is behind each face: the two elements of a face meet on the rank of its lowest node ID
 ------------------------------------------------------------------------- */
 
 void DefeMesh::find_neighbours(const DefeMeshDraft &mesh)
@@ -437,7 +437,7 @@ void DefeMesh::find_neighbours(const DefeMeshDraft &mesh)
 }
 
 /* ----------------------------------------------------------------------
-   largest radius of a DE of this type that can ever be born
+   largest radius of a DE of this type that a conversion can create
 ------------------------------------------------------------------------- */
 
 double DefeMesh::max_de_radius(int type) const

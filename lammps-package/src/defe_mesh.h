@@ -57,7 +57,7 @@ class DefeMesh : protected DefeComponent {
   double dt_joints() const { return now.dt_joints; }
   void *extract(const char *name);
 
-  /** Largest radius of a DE of this type that can ever be born. */
+  /** Largest radius of a DE of this type that a conversion can create. */
   double max_de_radius(int type) const;
   std::vector<double> &de_radii() { return de_radius_max; }
 

@@ -22,8 +22,8 @@ using namespace LAMMPS_NS;
 using Rendezvous::Letters;
 
 /* ----------------------------------------------------------------------
-   can elements of this part still convert? A conversion stress above Young's modulus says that
-   nothing shall
+   can elements of this part still convert? A conversion stress above Young's modulus means that
+   none is meant to
 ------------------------------------------------------------------------- */
 
 bool DefeChecks::may_convert(const DefePart &p) const
@@ -34,7 +34,7 @@ bool DefeChecks::may_convert(const DefePart &p) const
 }
 
 /* ----------------------------------------------------------------------
-   fixes that move nodes and DEs in a way that they cannot be moved; collective
+   fixes that move nodes and DEs in a way that does not work; collective
 ------------------------------------------------------------------------- */
 
 void DefeChecks::movers() const
@@ -75,8 +75,8 @@ void DefeChecks::spins() const
 
 /* ----------------------------------------------------------------------
    the lowest node, of all ranks, of an element of the chosen parts that one of these fixes moves, unless it
-   is in a held group; collective. Elements know their nodes, and the ranks that own these know who moves
-   them: both meet where the ID is dealt to.
+   is in a held group; collective. Elements know their nodes, and the ranks that own these know which fix moves
+   them: the two meet on the rank that the ID is assigned to (rendezvous).
 ------------------------------------------------------------------------- */
 
 struct DefeChecks::MovedNode {

@@ -336,8 +336,8 @@ void DefeNotes::say(const std::string &note)
 
 /* ----------------------------------------------------------------------
    elements that convert above the strength of the joints that they become. A conversion stress above
-   Young's modulus is no mistake: nothing shall convert. Nor does one matter where all is discrete
-   from the start.
+   Young's modulus is no mistake: nothing is meant to convert. Nor does the stress matter where all is
+   discrete from the start.
 ------------------------------------------------------------------------- */
 
 void DefeNotes::strengths()
@@ -397,8 +397,8 @@ void DefeNotes::laws()
 }
 
 /* ----------------------------------------------------------------------
-   bodies (elements that are connected by nodes) and balls, if there is no contact of surfaces and
-   nobody has said that there shall be none
+   bodies (elements that are connected by nodes) and balls, if there is no contact of surfaces and the script
+   does not say that this is intended
 ------------------------------------------------------------------------- */
 
 void DefeNotes::bodies()
@@ -489,9 +489,9 @@ void DefeNotes::balls(bool deformable)
 }
 
 /* ----------------------------------------------------------------------
-   nodes on the surface of deformable elements that are at the place of others: parts were meshed one
-   by one, and nothing joins them. Against a rigid part this is how a contact begins; between others
-   as well, if there is contact of surfaces and their faces do not fit
+   nodes on the surface of deformable elements that coincide with others: parts were meshed separately, and
+   nothing joins them. Against a rigid part this is how a contact begins; between others as well, if there is
+   contact of surfaces and their faces do not match
 ------------------------------------------------------------------------- */
 
 void DefeNotes::untied()

@@ -79,12 +79,12 @@ struct DERecord {
 };
 
 /** Surface contact of a node or DE with one part, from step to step. Plain data. */
-struct DefeTouch : defe::ContactHistory {
+struct FaceContact : defe::ContactHistory {
   int part, pad;
 };
 
 /** Contact of two spheres, as one of them sees it; of a DE and a ball only the DE. Plain data. */
-struct SphereTouch {
+struct SphereContact {
   bigint other;       // ID of the other one; no gap behind it, which would go into files unset
   double shear[3];    // tangential displacement, of this one against the other
   // with a ball
@@ -95,14 +95,14 @@ struct SphereTouch {
 };
 
 /** All contacts and cracks of an atom; only some have any. */
-struct AtomTouch {
-  std::vector<DefeTouch> faces;
-  std::vector<SphereTouch> spheres;
+struct AtomContacts {
+  std::vector<FaceContact> faces;
+  std::vector<SphereContact> spheres;
   std::vector<JointCrack> cracks;    // of the DE's joints
   bool fresh = false;    // of a DE that was just born: it takes over the contact of its element
 };
 
-/// Records of elements and DEs are each somewhere else in memory: asked for in time, they come together.
+/// Records of elements and DEs are scattered in memory: prefetched, several are loaded at a time.
 template <class T> void prefetch(const T *record)
 {
   if (!record) return;

@@ -115,8 +115,8 @@ int DefeRestart::size(int i) const
 }
 
 /* ----------------------------------------------------------------------
-   LAMMPS gives a new fix what a restart file has for it, and then asks for its mask: the
-   last moment before others build on that. Collective, as the fix command is.
+   LAMMPS hands a new fix its data of the restart file and then asks for its mask: the last moment before
+   others rely on the data. Collective, as the fix command is.
 ------------------------------------------------------------------------- */
 
 namespace {
@@ -181,7 +181,7 @@ void DefeRestart::check()
 }
 
 /* ----------------------------------------------------------------------
-   what is kept of the run as a whole: a state of each that has one
+   what is kept of the run as a whole: the state of each component that has one
 ------------------------------------------------------------------------- */
 
 namespace {
@@ -269,7 +269,7 @@ void DefeRestart::write(FILE *fp)
 }
 
 /* ----------------------------------------------------------------------
-   all records and their sum, on the first rank; the largest one is asked of it alone, after this
+   all records and their sum, on the first rank, which alone is asked for the largest one afterwards
 ------------------------------------------------------------------------- */
 
 void DefeRestart::add_records(uint64_t &all_sums, bigint &records)
@@ -335,7 +335,7 @@ void DefeRestart::read(const char *buf)
 }
 
 /* ----------------------------------------------------------------------
-   after LAMMPS has written a restart file: it is looked at, and sealed
+   after LAMMPS has written a restart file: it is checked and sealed
 ------------------------------------------------------------------------- */
 
 void DefeRestart::written(const char *name)

@@ -29,7 +29,7 @@ class DefeRestart : protected DefeComponent {
   // the same record as in an exchange with each atom
 
   int pack(int i, double *buf) const;
-  /** False: what was read is no record of this atom; check() ends this. */
+  /** False: what was read is not a record of this atom; check() stops the run. */
   bool unpack(int i, int nth);
   int size(int i) const;
   int largest() const { return largest_; }

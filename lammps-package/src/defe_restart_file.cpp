@@ -170,8 +170,9 @@ void LAMMPS_NS::check_restart_file(LAMMPS *lmp, FILE *fp)
   std::string complaint, pattern;
   if (me == 0) {
     const auto *input = lmp->input;
-    const bool named = input->command && !strcmp(input->command, "read_restart") && input->narg > 0;
-    const std::string name = named ? name_of_file(input->arg[0]) : "";
+    const bool by_command =
+        input->command && !strcmp(input->command, "read_restart") && input->narg > 0;
+    const std::string name = by_command ? name_of_file(input->arg[0]) : "";
     const std::string shown = name.find('%') == std::string::npos ? name
                                                                   : file_of_set(name, "base");
     char mark[sizeof(RESTART_FORMAT)];

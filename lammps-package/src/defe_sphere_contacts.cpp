@@ -96,7 +96,7 @@ void DefeSphereContacts::consider(int i, int j)
   for (int k = 0; k < 3; k++) rsq += (xi[k] - xj[k]) * (xi[k] - xj[k]);
   if (rsq >= reach * reach) return;
   if (!with_ball && joined(di, j)) return;
-  candidates.push_back({i, j, with_ball ? 0.0 : jt.distance_apart(di, atom->tag[j])});
+  candidates.push_back({i, j, with_ball ? 0.0 : jt.contact_distance(di, atom->tag[j])});
 }
 
 bool DefeSphereContacts::joined(int de, int j) const
@@ -138,7 +138,7 @@ double DefeSphereContacts::reach_of(const Candidate &c, double rsq) const
   double ref = 0.0;
   for (int k = 0; k < 3; k++) ref += (Xa[k] - Xb[k]) * (Xa[k] - Xb[k]);
   reach = MIN(reach, std::sqrt(ref));
-  if (c.apart > 0.0) reach = MIN(reach, c.apart);
+  if (c.distance > 0.0) reach = MIN(reach, c.distance);
   return rsq >= reach * reach ? 0.0 : reach;
 }
 
@@ -181,11 +181,11 @@ void DefeSphereContacts::contact(const Candidate &c, const defe::VirialTally &ta
   const double *xa = atom->x[a], *xb = atom->x[b], *mass = atom->rmass;
   const Vec3 del = Vec3(xa) - Vec3(xb);
   const double rsq = del[0] * del[0] + del[1] * del[1] + del[2] * del[2];
-  const double reach = reach_of({a, b, c.apart}, rsq);
+  const double reach = reach_of({a, b, c.distance}, rsq);
   const double overlap = reach > 0.0 ? reach - del.norm() : 0.0;
   if (!(overlap > 0.0)) {
-    forget_touch(i, j);
-    if (whole) forget_touch(j, i);
+    forget_contact(i, j);
+    if (whole) forget_contact(j, i);
     return;
   }
   const auto push = spring_of(a, b, reach, overlap);
@@ -258,11 +258,11 @@ void DefeSphereContacts::contact_with_ball(int i, int j, const defe::VirialTally
   const Vec3 del = Vec3(x[i]) - Vec3(x[j]), speed = Vec3(v[i]) - Vec3(v[j]);
   const double ri = sys.surface.reach_of(i), rj = atom->radius[j], distance = del.norm();
   const double overlap = ri + rj - distance;
-  SphereTouch *touch = find_touch(i, j);
-  const bool inherits = touch && touch->inherit >= 0.0;
-  const double offset = touch ? touch->offset : 0.0;
+  SphereContact *known = find_contact(i, j);
+  const bool inherits = known && known->inherit >= 0.0;
+  const double offset = known ? known->offset : 0.0;
   if (!inherits && overlap <= offset) {
-    forget_touch(i, j);
+    forget_contact(i, j);
     return;
   }
   const int part = jt.material[jt.of_atom[i]];
@@ -271,36 +271,36 @@ void DefeSphereContacts::contact_with_ball(int i, int j, const defe::VirialTally
   if (!(k_area > 0.0)) return;
   const auto &law = defe::normal_law(laws.of(atom->type[i], atom->type[j]).normal_law);
   const defe::SphereOnDE pair{rj, material_of(i), atom->radius[i], area, k_area};
-  if (!touch) {
-    touch = &new_touch(i, j);
+  if (!known) {
+    known = &new_contact(i, j);
     // an overlap that no motion has made
-    if (overlap > 4.0 * dt * speed.norm() + 1.0e-6 * ri) touch->offset = overlap;
+    if (overlap > 4.0 * dt * speed.norm() + 1.0e-6 * ri) known->offset = overlap;
   } else if (inherits)
-    touch->offset = overlap - law.overlap_of_energy(touch->inherit, pair);
-  const double deep = overlap - touch->offset;
+    known->offset = overlap - law.overlap_of_energy(known->inherit, pair);
+  const double deep = overlap - known->offset;
   if (!(deep > 0.0)) {
-    if (inherits) touch->inherit = -1.0;
+    if (inherits) known->inherit = -1.0;
     return;
   }
 
   const auto push = law.sphere_on_de(deep, pair);
   const auto par = parameters(i, j, push);
-  Vec3 history(touch->shear);
+  Vec3 history(known->shear);
   auto r = defe::sphere_contact(
-      del, speed, Vec3(omega[i]), Vec3(omega[j]), ri, rj, ri + rj - touch->offset,
+      del, speed, Vec3(omega[i]), Vec3(omega[j]), ri, rj, ri + rj - known->offset,
       atom->rmass[i] * atom->rmass[j] / (atom->rmass[i] + atom->rmass[j]), dt, history, par);
   r.stored += push.energy_beyond(deep);
   if (inherits) {
     // the kicks of velocity Verlet belong to the old force up to half-way between the two steps
     sys.ledger.conv_strain -=
-        push.energy + 0.5 * dt * (push.force - touch->push) * speed.dot(del) / distance;
-    touch->inherit = -1.0;
+        push.energy + 0.5 * dt * (push.force - known->push) * speed.dot(del) / distance;
+    known->inherit = -1.0;
   }
   // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
   if (update->setupflag)
-    r.stored += 0.5 * par.kt * (Vec3(touch->shear).squaredNorm() - history.squaredNorm());
+    r.stored += 0.5 * par.kt * (Vec3(known->shear).squaredNorm() - history.squaredNorm());
   else {
-    for (int k = 0; k < 3; k++) touch->shear[k] = history[k];
+    for (int k = 0; k < 3; k++) known->shear[k] = history[k];
     sys.ledger.damping += r.damped;
     sys.ledger.friction += r.rubbed;
   }
@@ -321,31 +321,31 @@ void DefeSphereContacts::contact_with_ball(int i, int j, const defe::VirialTally
    contacts of atom i
 ------------------------------------------------------------------------- */
 
-SphereTouch *DefeSphereContacts::find_touch(int i, int j) const
+SphereContact *DefeSphereContacts::find_contact(int i, int j) const
 {
-  AtomTouch *t = sys.store.touches(i);
+  AtomContacts *t = sys.store.contacts_of(i);
   if (t)
     for (auto &s : t->spheres)
       if (s.other == atom->tag[j]) return &s;
   return nullptr;
 }
 
-SphereTouch &DefeSphereContacts::new_touch(int i, int j)
+SphereContact &DefeSphereContacts::new_contact(int i, int j)
 {
-  auto &list = sys.store.touch_at(i).spheres;
+  auto &list = sys.store.contacts_at(i).spheres;
   list.push_back({atom->tag[j], {0.0, 0.0, 0.0}, 0.0, -1.0, 0.0});
   return list.back();
 }
 
 double *DefeSphereContacts::spring(int i, int j)
 {
-  SphereTouch *touch = find_touch(i, j);
-  return touch ? touch->shear : new_touch(i, j).shear;
+  SphereContact *known = find_contact(i, j);
+  return known ? known->shear : new_contact(i, j).shear;
 }
 
-void DefeSphereContacts::forget_touch(int i, int j)
+void DefeSphereContacts::forget_contact(int i, int j)
 {
-  AtomTouch *t = sys.store.touches(i);
+  AtomContacts *t = sys.store.contacts_of(i);
   if (!t) return;
   for (auto &s : t->spheres)
     if (s.other == atom->tag[j]) {

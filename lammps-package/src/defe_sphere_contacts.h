@@ -19,7 +19,7 @@
 
 namespace LAMMPS_NS {
 
-struct SphereTouch;
+struct SphereContact;
 
 /** Contact of DEs that no joint holds, with each other and with other spheres. */
 class DefeSphereContacts : protected DefeComponent {
@@ -29,7 +29,7 @@ class DefeSphereContacts : protected DefeComponent {
   /** The tables have changed since the last search: materials of ghosts are to be sent before the next. */
   bool outdated() const;
   void search();
-  /** A joint broke: its two DEs may touch. distance: see JointRecord::apart. */
+  /** A joint broke: its two DEs may touch. distance: see JointRecord::contact_distance. */
   void add(int i, int j, double distance = 0.0);
   void forces(const defe::VirialTally &);
   double memory_usage() const;
@@ -38,8 +38,8 @@ class DefeSphereContacts : protected DefeComponent {
   const defe::JointLaws &laws;
   bigint built = -1;    // tables of the last search
   struct Candidate {
-    int i, j;        // i is owned; j too and above i, or a ghost
-    double apart;    // of a broken joint: see JointRecord
+    int i, j;           // i is owned; j too and above i, or a ghost
+    double distance;    // of a broken joint: see JointRecord::contact_distance
   };
   std::vector<Candidate> candidates;
   std::vector<std::pair<tagint, tagint>> broken_now;    // DEs whose joint broke in this step
@@ -54,10 +54,10 @@ class DefeSphereContacts : protected DefeComponent {
   void book(int i, int j, double share, const defe::ContactResult &);
   void contact_with_ball(int i, int j, const defe::VirialTally &);
 
-  SphereTouch *find_touch(int i, int j) const;
-  SphereTouch &new_touch(int i, int j);
+  SphereContact *find_contact(int i, int j) const;
+  SphereContact &new_contact(int i, int j);
   double *spring(int i, int j);
-  void forget_touch(int i, int j);
+  void forget_contact(int i, int j);
 };
 
 }    // namespace LAMMPS_NS

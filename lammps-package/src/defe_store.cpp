@@ -19,8 +19,8 @@
 using namespace LAMMPS_NS;
 
 static constexpr int HEX_SIZE = doubles_of(sizeof(HexPod));
-static constexpr int FACE_SIZE = doubles_of(sizeof(DefeTouch));
-static constexpr int SPHERE_SIZE = doubles_of(sizeof(SphereTouch));
+static constexpr int FACE_SIZE = doubles_of(sizeof(FaceContact));
+static constexpr int SPHERE_SIZE = doubles_of(sizeof(SphereContact));
 static constexpr int CRACK_SIZE = doubles_of(sizeof(JointCrack));
 static constexpr int MAX_SHIELDS = 27;    // of an element: its neighbours, one more for a while
 
@@ -118,7 +118,7 @@ int DefeStore::DEs::unpack(int i, const double *buf)
    contacts, and cracks of joints
 ------------------------------------------------------------------------- */
 
-static int size_of_contacts(const AtomTouch &t)
+static int size_of_contacts(const AtomContacts &t)
 {
   return FACE_SIZE * static_cast<int>(t.faces.size()) +
       SPHERE_SIZE * static_cast<int>(t.spheres.size()) +
@@ -142,7 +142,7 @@ int DefeStore::Contacts::most() const
 
 int DefeStore::Contacts::pack(int i, double *buf) const
 {
-  const AtomTouch *t = of[i].get();
+  const AtomContacts *t = of[i].get();
   int m = 0;
   buf[m++] = packed(t ? t->faces.size() : 0u);
   buf[m++] = packed(t && t->fresh ? 1u : 0u);
@@ -164,8 +164,8 @@ int DefeStore::Contacts::unpack(int i, const double *buf)
   const int cracks = count(buf[m++]);
   of[i].reset();
   if (faces + spheres + cracks == 0 && !fresh) return m;
-  of[i] = std::make_unique<AtomTouch>();
-  AtomTouch &t = *of[i];
+  of[i] = std::make_unique<AtomContacts>();
+  AtomContacts &t = *of[i];
   t.fresh = fresh;
   t.faces.resize(faces);
   t.spheres.resize(spheres);
@@ -310,9 +310,9 @@ void DefeStore::set_reference(int i, const double *x)
   for (int k = 0; k < 3; k++) frames.ref[i][k] = frames.now[i][k] = x[k];
 }
 
-AtomTouch &DefeStore::touch_at(int i)
+AtomContacts &DefeStore::contacts_at(int i)
 {
-  if (!contacts.of[i]) contacts.of[i] = std::make_unique<AtomTouch>();
+  if (!contacts.of[i]) contacts.of[i] = std::make_unique<AtomContacts>();
   return *contacts.of[i];
 }
 

@@ -28,7 +28,7 @@ class DefeField {
   virtual int most() const = 0;
 
  protected:
-  ~DefeField() = default;    // nobody owns one by this
+  ~DefeField() = default;    // never deleted through this class
 };
 
 /** Doubles that hold so many bytes. */
@@ -65,8 +65,8 @@ class DefeStore : protected DefeComponent {
   bool is_ours(int i) const { return de(i) || elements_at(i) > 0; }
 
   /** Contacts of an owned atom, null if it has none; and the same, made if there are none. */
-  AtomTouch *touches(int i) const { return contacts.of[i].get(); }
-  AtomTouch &touch_at(int i);
+  AtomContacts *contacts_of(int i) const { return contacts.of[i].get(); }
+  AtomContacts &contacts_at(int i);
 
   void grow(int n);
   void move(int from, int to);
@@ -113,7 +113,7 @@ class DefeStore : protected DefeComponent {
     static constexpr int SIZE = doubles_of(sizeof(DERecord));
   } des;
   struct Contacts : DefeField {
-    std::vector<std::unique_ptr<AtomTouch>> of;
+    std::vector<std::unique_ptr<AtomContacts>> of;
     const Atom *atom = nullptr;
     void grow(int n) override { of.resize(n); }
     void move(int from, int to) override { of[to] = std::move(of[from]); }

@@ -29,13 +29,13 @@ static constexpr double EASE_STEPS = 2000.0;
 namespace {
 
 /** Contacts of an atom from step to step. */
-class Touches : public defe::ContactMemory {
+class ContactRecords : public defe::ContactMemory {
  public:
-  Touches(DefeSystem &s, std::vector<char> &all) : sys(s), met(all) {}
+  ContactRecords(DefeSystem &s, std::vector<char> &all) : sys(s), met(all) {}
   defe::ContactHistory *find(int i, int part) override
   {
     if (!met[i]) return nullptr;
-    AtomTouch *t = sys.store.touches(i);
+    AtomContacts *t = sys.store.contacts_of(i);
     if (t)
       for (auto &face : t->faces)
         if (face.part == part) return &face;
@@ -44,14 +44,14 @@ class Touches : public defe::ContactMemory {
   defe::ContactHistory &make(int i, int part) override
   {
     met[i] = 1;
-    auto &list = sys.store.touch_at(i).faces;
+    auto &list = sys.store.contacts_at(i).faces;
     list.emplace_back();
     list.back().part = part;
     return list.back();
   }
   void drop(int i, int part) override
   {
-    auto &list = sys.store.touch_at(i).faces;
+    auto &list = sys.store.contacts_at(i).faces;
     for (auto &face : list)
       if (face.part == part) {
         face = list.back();
@@ -66,7 +66,7 @@ class Touches : public defe::ContactMemory {
   bool inherits(int i, int part) override
   {
     // a DE that was an element with this contact a step ago
-    const AtomTouch *t = sys.store.touches(i);
+    const AtomContacts *t = sys.store.contacts_of(i);
     if (t && t->fresh && sys.store.de(i) && sys.store.de(i)->part != part) return true;
     // a tie that broke by shear while it was pressed
     const auto &jt = sys.joints;
@@ -92,7 +92,8 @@ void DefeSurface::build()
   forget();
   fresh.clear();
   for (int i : sys.joints.self)
-    if (i < atom->nlocal && sys.store.touches(i) && sys.store.touches(i)->fresh) fresh.push_back(i);
+    if (i < atom->nlocal && sys.store.contacts_of(i) && sys.store.contacts_of(i)->fresh)
+      fresh.push_back(i);
   if (!sys.model.contact()) return;
   if (!search) search = std::make_unique<DefeSurfaceSearch>(sys);
   search->run(tables);
@@ -100,7 +101,7 @@ void DefeSurface::build()
   planes_fresh = true;
   met.assign(atom->nlocal, 0);
   for (const auto &p : tables.points) {
-    const AtomTouch *t = sys.store.touches(p.atom);
+    const AtomContacts *t = sys.store.contacts_of(p.atom);
     met[p.atom] = t && !t->faces.empty();
   }
 }
@@ -112,7 +113,7 @@ void DefeSurface::forget()
 }
 
 /* ----------------------------------------------------------------------
-   the facets at the positions now
+   the facets at the current positions
 ------------------------------------------------------------------------- */
 
 void DefeSurface::pack_facet_nodes()
@@ -178,7 +179,7 @@ void DefeSurface::forces(double *virial)
 {
   if (!planes_fresh) update_planes();
   planes_fresh = false;
-  Touches memory(sys, met);
+  ContactRecords memory(sys, met);
   auto a = arrays(virial != nullptr);
   a.changed = to_book;
   const auto r = defe::surface_forces(tables, a, memory);
@@ -194,19 +195,19 @@ void DefeSurface::forces(double *virial)
   }
   note_overlaps(r, a.moving);
   for (int i : fresh)
-    if (sys.store.touches(i)) sys.store.touches(i)->fresh = false;
+    if (sys.store.contacts_of(i)) sys.store.contacts_of(i)->fresh = false;
   fresh.clear();
 }
 
 /* ----------------------------------------------------------------------
-   energies that an evaluation of contacts has found to be gone or to come from elsewhere
+   energies that an evaluation of contacts has found to be lost, or to come from elsewhere
 ------------------------------------------------------------------------- */
 
 void DefeSurface::book(const defe::SurfaceResult &r)
 {
   // what a broken tie held is still here
   for (const auto &one : r.inherited)
-    if (!sys.store.touches(one.atom)->fresh) sys.ledger.release -= one.energy;
+    if (!sys.store.contacts_of(one.atom)->fresh) sys.ledger.release -= one.energy;
   for (const auto &t : r.let_through) {
     sys.ledger.through += t.energy;
     if (t.counts) note_let_through(t.atom, t.depth);
@@ -214,7 +215,7 @@ void DefeSurface::book(const defe::SurfaceResult &r)
 }
 
 /* ----------------------------------------------------------------------
-   energy of contact at the positions now, with the tables of before the conversion
+   energy of contact at the current positions, with the tables from before the conversion
 ------------------------------------------------------------------------- */
 
 void DefeSurface::begin_conversion()
@@ -222,7 +223,7 @@ void DefeSurface::begin_conversion()
   if (!sys.model.contact()) return;
   update_planes();
   planes_fresh = false;
-  Touches memory(sys, met);
+  ContactRecords memory(sys, met);
   auto a = arrays(false);
   a.energy_only = true;
   const auto r = defe::surface_forces(tables, a, memory);

@@ -22,7 +22,7 @@ using namespace LAMMPS_NS;
 static constexpr double BALL_SHARE = 0.01;
 
 /* ----------------------------------------------------------------------
-   points that got deeper than they can be followed: the first one is named, all are counted
+   points that are deeper than contact can follow: the first one is reported, all are counted
 ------------------------------------------------------------------------- */
 
 void DefeSurface::note_let_through(int i, double depth)

@@ -199,7 +199,8 @@ void DefeTables::fill_slots(int d)
     jt.partner[d][s] = -1;
     jt.state[6 * d + s] = slot.plane ? DefeJoint::PLANE : slot.state;
     jt.area[d][s] = slot.area;
-    if (slot.apart > 0.0) jt.apart.push_back({d, slot.other, slot.apart});
+    if (slot.contact_distance > 0.0)
+      jt.contact_distances.push_back({d, slot.other, slot.contact_distance});
     if (slot.kind == DefeJoint::NONE || jt.state[6 * d + s] == DefeJoint::CONTACT) continue;
     if (slot.kind == DefeJoint::DE) {
       const int j = jt.nb[d][s];

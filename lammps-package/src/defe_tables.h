@@ -22,7 +22,7 @@ class DefeTables : protected DefeComponent {
   explicit DefeTables(DefeSystem &);
   void build();
   bigint built() const { return built_; }    // how often, also within one step
-  /** Local indices are void until the next reneighbouring. */
+  /** Local indices are invalid until the next reneighbouring. */
   void forget();
 
   // DEs seen from outside, owned and ghost, 0 for other atoms: distance of their outer face, and its

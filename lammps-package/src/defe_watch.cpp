@@ -59,8 +59,8 @@ std::string DefeWatch::describe(int i) const
 }
 
 /* ----------------------------------------------------------------------
-   an atom that goes a quarter of an edge in one step, or nowhere that is a number:
-   the run has exploded. Named is the fastest one.
+   an atom that moves by a quarter of an edge in one step, or whose position is not a number: the run has become
+   unstable. The message names the fastest one.
 ------------------------------------------------------------------------- */
 
 void DefeWatch::stop_exploded() const
@@ -94,13 +94,13 @@ void DefeWatch::stop_exploded() const
 
 /* ----------------------------------------------------------------------
    LAMMPS deletes atoms that leave through a fixed wall of the box and says how many.
-   Named before that, as long as they are here. Loose DEs may go if the user says so
+   They are reported before that, while they are still here. Loose DEs may go if the user says so
    (thermo_modify lost ignore or warn).
 ------------------------------------------------------------------------- */
 
 void DefeWatch::walls()
 {
-  // a quick look first
+  // a cheap test first
 
   double lo[3], hi[3];
   for (int d = 0; d < 3; d++) {

@@ -17,8 +17,8 @@ using namespace LAMMPS_NS;
 using namespace FixConst;
 
 /* ----------------------------------------------------------------------
-   does this atom count in the kinetic energy of the account, and what others do to it in their work?
-   Balls do if they are in the group and meet anything of ours.
+   does this atom count in the kinetic energy of the account, and the work of other fixes on it as external work?
+   Balls do if they are in the group and can meet elements or DEs.
 ------------------------------------------------------------------------- */
 
 bool DefeWork::in_account(int i) const
@@ -36,8 +36,8 @@ double DefeWork::kinetic_energy(int i) const
 }
 
 /* ----------------------------------------------------------------------
-   groups that forces of other fixes act on: those of the fixes that change forces after us, or all
-   atoms if there is one of which it is not known to keep to its group, or whose group is dynamic
+   groups that forces of other fixes act on: those of the fixes that change forces after this one, or all atoms if
+   one of them is not known to keep to its group, or has a dynamic group
 ------------------------------------------------------------------------- */
 
 int DefeWork::groups_forced() const
@@ -59,7 +59,7 @@ int DefeWork::groups_forced() const
 }
 
 /* ----------------------------------------------------------------------
-   all ghost forces have arrived: what is added after us is external
+   all ghost forces have arrived: what is added from here on is external
 ------------------------------------------------------------------------- */
 
 void DefeWork::keep_internal()
@@ -75,7 +75,7 @@ void DefeWork::keep_internal()
 }
 
 /* ----------------------------------------------------------------------
-   power of all forces that are not ours, with velocities at the full step
+   power of all forces of others, with velocities at the full step
 ------------------------------------------------------------------------- */
 
 double DefeWork::power_of_others() const
@@ -108,7 +108,7 @@ void DefeWork::list_forced()
 }
 
 /* ----------------------------------------------------------------------
-   the first half kick has the forces of the last step, or those of setup
+   the first half kick uses the forces of the last step, or those of setup
 ------------------------------------------------------------------------- */
 
 bool DefeWork::begin_step()

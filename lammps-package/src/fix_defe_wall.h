@@ -39,7 +39,7 @@ class FixDefeWall : public Fix {
   void *extract(const char *, int &) override;
   double memory_usage() override;
 
-  /** Before a conversion: keep the energy at the positions of now. That of after it follows with the
+  /** Before a conversion: keep the energy at the current positions. That after it follows with the
       next tables, and the difference is booked with the conversion. */
   void note_energy();
 

@@ -88,7 +88,7 @@ void PairDefeJoint::check_coefficients()
 
   const std::string style = force->pair_match_ptr(this);
   const bool hybrid = force->pair != this;
-  const std::string named = hybrid ? " " + style : "";
+  const std::string sub_style = hybrid ? " " + style : "";
   std::vector<int> part_of(n, -1);    // a part that has DEs of this type
   for (int p = 0; p < nparts; p++)
     for (int t = 1; t < n; t++) {
@@ -106,9 +106,9 @@ void PairDefeJoint::check_coefficients()
                    who, style, t, t, style);
       if ((laws.with_connective && !c.has_connective) || (laws.with_cohesive && !c.has_cohesive) ||
           (laws.with_contact && !c.has_contact))
-        error->all(FLERR, "{}: give 'pair_coeff {} {}{}' with{}{}{} coefficients", who, t, t, named,
-                   laws.with_connective ? " connective" : "", laws.with_cohesive ? " cohesive" : "",
-                   laws.with_contact ? " contact" : "");
+        error->all(FLERR, "{}: give 'pair_coeff {} {}{}' with{}{}{} coefficients", who, t, t,
+                   sub_style, laws.with_connective ? " connective" : "",
+                   laws.with_cohesive ? " cohesive" : "", laws.with_contact ? " contact" : "");
       if (c.has_connective && c.E > 0.0 &&
           (std::abs(c.E / m.elastic().E - 1.0) > 1e-9 || std::abs(c.nu - m.elastic().nu) > 1e-9))
         error->all(FLERR,
@@ -142,7 +142,8 @@ void PairDefeJoint::check_coefficients()
                  "DEs of parts {} and {} have types {} and {}: give 'pair_coeff {} {}{}' with{}{} "
                  "coefficients",
                  sys->model.parts[part_of[t]].name, sys->model.parts[part_of[u]].name, t, u, t, u,
-                 named, laws.with_cohesive ? " cohesive" : "", laws.with_contact ? " contact" : "");
+                 sub_style, laws.with_cohesive ? " cohesive" : "",
+                 laws.with_contact ? " contact" : "");
     }
 
   laws.meets_des.assign(n, 0);

@@ -48,7 +48,7 @@ inline Joints joints(Lammps &lmp)
       const bool softening =
           slot.state == LAMMPS_NS::DefeJoint::COHESIVE && lmp->atom->tag[i] < slot.other;
       double kappa = softening ? slot.cohesive[5] : 0.0;
-      if (const auto *touch = store.touches(i))
+      if (const auto *touch = store.contacts_of(i))
         for (const auto &c : touch->cracks)
           if (softening && c.slot == s) kappa = c.law.kappa;
       mine.push_back({lmp->atom->tag[i], s, slot.kind, slot.state, slot.pending, slot.other,

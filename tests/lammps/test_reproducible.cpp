@@ -68,7 +68,7 @@ std::map<tagint, uint64_t> checksums(Lammps &lmp)
       sum.add(of[i], 3 * sizeof(double));
     sum.add(&atom->rmass[i], sizeof(double));
     if (const auto *de = store.de(i)) sum.add(de->slot, sizeof(de->slot));
-    if (const auto *touch = store.touches(i)) {
+    if (const auto *touch = store.contacts_of(i)) {
       auto spheres = touch->spheres;    // in no order
       std::sort(spheres.begin(), spheres.end(), [](const auto &a, const auto &b) {
         return a.other < b.other;

@@ -97,7 +97,7 @@ TEST(Contact, ForceIsTheSpringsAndNothingPulls)
 TEST(Contact, CoulombSlip)
 {
   const ContactParameters p = contact_parameters(1e6, 5e5, 1.0, 0.3);
-  const Vec3 none = Vec3::Zero(), apart(0.0, 0.0, 1.9);
+  const Vec3 none = Vec3::Zero(), from_j(0.0, 0.0, 1.9);
   const double F_n = 1e6 * 0.1, speed = 0.2, dt = 1e-3;
   Vec3 history = none;
   double displacement = 0.0, work = 0.0, rubbed = 0.0, stored = 0.0, force = 0.0;
@@ -106,7 +106,7 @@ TEST(Contact, CoulombSlip)
     const double v = k < 600 ? speed : -speed;
     const double before = force;
     const ContactResult r =
-        sphere_contact(apart, Vec3(v, 0.0, 0.0), none, none, 1.0, 1.0, 2.0, 1.0, dt, history, p);
+        sphere_contact(from_j, Vec3(v, 0.0, 0.0), none, none, 1.0, 1.0, 2.0, 1.0, dt, history, p);
     displacement += v * dt;
     force = r.force[0];
     work -= 0.5 * (force + before) * v * dt;

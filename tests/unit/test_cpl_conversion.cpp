@@ -247,7 +247,7 @@ TEST(TieSwing, OfADEThatTurnsAboutTheTiePoint)
 {
   const Vec3 face[4] = {{0.5, 0.5, 0.5}, {0.5, -1.5, 0.5}, {-1.5, -1.5, 0.5}, {-1.5, 0.5, 0.5}};
   const Vec3 X = Vec3::Zero(), point(0.0, 0.0, 0.5);
-  EXPECT_NEAR(tie_swing(X, X, face, face), 0.0, 1e-15);
+  EXPECT_NEAR(tie_rotation(X, X, face, face), 0.0, 1e-15);
   std::mt19937 random(3);
   for (double angle : {0.01, 0.3, 1.2}) {
     // everything turns, and the DE in addition about the tie point, in any direction along the face
@@ -256,14 +256,14 @@ TEST(TieSwing, OfADEThatTurnsAboutTheTiePoint)
     const Vec3 x = R * (point + Eigen::AngleAxisd(angle, axis) * (X - point));
     Vec3 now[4], back[4], face_back[4];
     for (int k = 0; k < 4; ++k) now[k] = R * face[k];
-    EXPECT_NEAR(tie_swing(X, x, face, now), std::sin(angle), 1e-12);
+    EXPECT_NEAR(tie_rotation(X, x, face, now), std::sin(angle), 1e-12);
     // the same seen from the other element, which goes round the face the other way
     for (int k = 0; k < 4; ++k) {
       back[k] = now[(4 - k) % 4];
       face_back[k] = face[(4 - k) % 4];
     }
-    EXPECT_NEAR(tie_swing(X, x, face_back, back), std::sin(angle), 1e-12);
+    EXPECT_NEAR(tie_rotation(X, x, face_back, back), std::sin(angle), 1e-12);
   }
   // along the tie: no swing, whatever the pressure
-  EXPECT_NEAR(tie_swing(X, Vec3(0.0, 0.0, 0.1), face, face), 0.0, 1e-15);
+  EXPECT_NEAR(tie_rotation(X, Vec3(0.0, 0.0, 0.1), face, face), 0.0, 1e-15);
 }

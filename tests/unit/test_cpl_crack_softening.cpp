@@ -496,8 +496,8 @@ TEST(CrackSoftening, ClosedPlaneRubs)
   EXPECT_GT(rubbed, 0.9 * friction * pressing * 0.08 * d);
   EXPECT_EQ(update(1e-3 * d * m).force.norm(), 0.0);
   EXPECT_EQ(joint.stored, 0.0);
-  EXPECT_FALSE(last.apart);
-  EXPECT_TRUE(update(0.21 * d * along).apart);
+  EXPECT_FALSE(last.separated);
+  EXPECT_TRUE(update(0.21 * d * along).separated);
 }
 
 // The rotation nearest to the joints is that of the singular value decomposition, and its response the derivative.

@@ -59,7 +59,7 @@ ContactParameters contact_parameters(double kn, double kt, double restitution, d
 /// \param contact_distance  of the centres at which contact begins: r_i + r_j, or less for spheres
 ///                          that overlap in the reference state
 /// \param reduced_mass      m_i m_j / (m_i + m_j)
-/// \param shear_history     tangential displacement, updated; start with 0. Reset when apart.
+/// \param shear_history     tangential displacement, updated; start with 0. Reset when they separate.
 ContactResult sphere_contact(const Vec3 &xi_minus_xj, const Vec3 &v_rel, const Vec3 &omega_i,
                              const Vec3 &omega_j, double ri, double rj, double contact_distance,
                              double reduced_mass, double dt, Vec3 &shear_history,

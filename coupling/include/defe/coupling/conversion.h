@@ -65,15 +65,15 @@ constexpr double tie_weight[4] = {9.0 / 16.0, 3.0 / 16.0, 1.0 / 16.0, 3.0 / 16.0
 
 /// How far a tie has turned on its face: the DE's movement along the face, as seen from the face, by
 /// the reference length of the tie. That is the shear strain of a tie whose DE has other joints. A DE
-/// whose only joint it is swings about the tie point freely, since no element resists: the joint
-/// that takes the place of the tie at a conversion would be born bent.
+/// whose only joint it is rotates freely about the tie point, since no element resists: the joint
+/// that takes the place of the tie at a conversion would be bent from the start.
 /// \param X, x            of the DE, reference and current
 /// \param face_X, face_x  nodes of the face as above; from either side
-double tie_swing(const Vec3 &X, const Vec3 &x, const Vec3 face_X[4], const Vec3 face_x[4]);
+double tie_rotation(const Vec3 &X, const Vec3 &x, const Vec3 face_X[4], const Vec3 face_x[4]);
 
 /// A tie that has turned by more than this many times the strain at which its material converts
 /// holds nothing along the face any more: no joint takes its place when the element converts.
-constexpr double swing_limit = 10.0;
+constexpr double tie_rotation_limit = 10.0;
 
 /// Kinetic energy of the element's lumped nodes (m/8 each) less that of the DEs, spins included
 /// (solid spheres). Negative only for very slender elements that spin about their long axis.

@@ -37,8 +37,8 @@ struct HexNeighbors {
 struct PlannedSlot {
   enum Kind : signed char { FREE, JOINT, TIE };
   Kind kind = FREE;
-  bool to_older =
-      false;    ///< a joint to a DE that was born before, which may have swung meanwhile
+  /// A joint to a DE that was born before, which may have rotated about its tie since.
+  bool to_older = false;
   signed char partner = 0;    ///< slot of the joint on the other DE (also of the one a tie becomes)
   signed char corner = 0;     ///< corner of the other element at the common node
   signed char part = 0;       ///< of a tie: part of that element

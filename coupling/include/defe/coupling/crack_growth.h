@@ -35,7 +35,7 @@
 /// ring, and where it has come from nothing is stressed: then m . S m of the joints that are left of the ring counts, and
 /// of its last DE at the tie there. Then the ring closes and the front goes on. It
 /// goes on through an open ring of which three DEs are there, too, where its plane passes between these; where it does
-/// not, once the ring has fired, the front asks for what is missing. (What asking for all that a ring lacks did: coupling/README.md.)
+/// not, once the ring has fired, the front asks for what is missing. (Why not for all that a ring lacks: coupling/README.md.)
 /// `entry` is below 1 so that all
 /// elements along a front have converted before it moves: where some had, fronts left their plane.
 ///

@@ -124,7 +124,7 @@ struct CrackForces {
   double rubbed;      ///< by the friction of a closed plane
   double damage;
   bool newly_broken;
-  bool apart;    ///< broken and so far away that it is for the contact of spheres
+  bool separated;    ///< broken and so far away that it is for the contact of spheres
 };
 
 /// Advance to the present positions. Calling it twice without motion changes nothing.

@@ -6,7 +6,7 @@
 ///
 /// Second Piola-Kirchhoff stress in the reference frame, S = sum over the present joints of a
 /// corner S^ab M_a (x) M_b, with the reduced laws of corner_strain.h where joints are missing. Rigid rotation drops out.
-/// Only a few DEs need it, so it is apart from the kernel that makes the forces.
+/// Only a few DEs need it, so it is separate from the kernel that makes the forces.
 
 #include "defe/coupling/corner_strain.h"
 

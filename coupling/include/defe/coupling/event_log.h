@@ -60,7 +60,7 @@ class EventLog {
   const std::string &name() const { return file; }
 
   void name_run(std::uint64_t run, std::uint64_t mesh, std::int64_t elements);
-  bool named() const { return state.run != 0; }
+  bool has_run() const { return state.run != 0; }
 
   void record(const Event &e)
   {

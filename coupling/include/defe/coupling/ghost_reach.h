@@ -17,8 +17,9 @@ namespace ghosts {
   constexpr double step_behind = 1.01;
   /// an element of which a node is missing is taken for so much longer
   constexpr double missing_node = 1.5;
-  /// by the longest element: a DE behind the far face of an element that converts, which may have swung about its tie
-  constexpr double swung_de = 0.4;
+  /// by the longest element: a DE behind the far face of an element that converts, which may have rotated about
+  /// its tie
+  constexpr double rotated_tie = 0.4;
   /// the same: three joints from a DE, for elements of any shape
   constexpr double three_joints = 0.55;
   /// by the longest diagonal of a face: an element from a point that gets into contact beside and under its face
@@ -41,7 +42,7 @@ struct GhostNeeds {
 /// DEs and contact there is more to know beyond.
 inline double ghost_reach(const GhostNeeds &n)
 {
-  double more = n.des ? (n.cracks ? ghosts::three_joints : ghosts::swung_de) * n.longest : 0.0;
+  double more = n.des ? (n.cracks ? ghosts::three_joints : ghosts::rotated_tie) * n.longest : 0.0;
   if (n.contact) {
     const double facet = n.facet_diagonal * n.longest / n.diagonal;
     more = std::max(

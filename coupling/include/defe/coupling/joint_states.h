@@ -50,7 +50,7 @@ struct JointEvent {
 /// Two DEs that no joint holds any more.
 struct LooseDEs {
   int i, j;           ///< particles; j < 0: a tie is broken
-  double distance;    ///< see JointRecord::apart
+  double distance;    ///< see JointRecord::contact_distance
 };
 
 /// What there is to see of a joint or tie that is not broken, after an evaluation of forces.
@@ -65,7 +65,7 @@ struct JointView {
 
 class JointStates {
  public:
-  /// All of them stay. Laws of joints, and which ones cracks cut, are those of now: make another one if they change.
+  /// Keeps references to all of them, and takes from the laws now which joints cracks cut: make a new one if laws change.
   JointStates(JointTable &, const JointLaws &, EnergyLedger &, StoredEnergy &, CrackHost &);
 
   /// Null: no joints are cut by cracks.
@@ -77,7 +77,7 @@ class JointStates {
   /// \param moving  false: an evaluation before a run
   void begin(const MovingParticles &, double dt, bool moving);
   void new_tables();
-  /// Joints that have begun to soften, or are closed planes, by another law than that of now (with a plane or without).
+  /// Joints that have begun to soften, or are closed planes, by another law than the present one (with a plane or without).
   struct OtherLaw {
     int count = 0;
     int first = -1;    ///< (lower type * (types+1) + higher type) * 2 + (it has a plane); the least
@@ -165,7 +165,7 @@ class JointStates {
   void close_plane(int d, int s);
   void leave_plane(int d, int s);
   void adopt_state(int joint, int state);
-  void set_apart(int joint, double distance);
+  void set_contact_distance(int joint, double distance);
   void event(int d, int s, EventKind what, double value);
 
   // forces: joint_forces.cpp

@@ -31,7 +31,8 @@ struct JointRecord {
   double normal[3];      ///< reference unit normal of the quarter face, pointing out of the DE
   double cohesive[6];    ///< CohesiveState: e_n, e_s[3], s0, kappa
   double length0;        ///< joint length at which e_n vanishes
-  double apart;    ///< > 0: of a broken joint, distance below which the two DEs are in contact
+  double
+      contact_distance;    ///< > 0: of a broken joint, distance below which the two DEs are in contact
   /// COHESIVE: stored energy, dissipated so far (J), kept by the lower ID; stored of a pending joint (1) that a
   /// crack cuts: what this end's corners would have let go
   double stored, lost;
@@ -73,14 +74,15 @@ struct JointTable {
   std::vector<std::int64_t> tie_element;
   std::vector<signed char> tie_part;
   std::vector<double> tie_point;
-  struct Apart {
+  struct ContactDistance {
     int de;
     std::int64_t other;
     double distance;
   };
-  std::vector<Apart> apart;     ///< JointRecord::apart, where there is one; by DE
+  std::vector<ContactDistance>
+      contact_distances;        ///< JointRecord::contact_distance, where there is one; by DE
   std::vector<int> pending;     ///< joints and ties that switch in the next step
-  std::vector<int> newborn;     ///< DEs whose first force evaluation is to come
+  std::vector<int> newborn;     ///< DEs that wait for their first force evaluation
   std::vector<int> cohesive;    ///< softening joints and ties that this rank computes
   std::vector<int> debonded;    ///< ties that broke in this step
   std::vector<int> asking;      ///< ties with JointRecord::asks
@@ -97,7 +99,7 @@ struct JointTable {
   }
   JointRecord &record(int joint) const { return record(joint / 6, joint % 6); }
 
-  double distance_apart(int d, std::int64_t other) const;
+  double contact_distance(int d, std::int64_t other) const;
   /// A DE has no contact with an element that it is tied to.
   bool tied(int atom, std::int64_t element) const;
   void clear();

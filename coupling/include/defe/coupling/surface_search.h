@@ -69,7 +69,7 @@ struct SurfaceScene {
   double factor = 0.0;    ///< f_s, see penalty_stiffness_per_area()
   double skin = 0.0;
   double element_size =
-      0.0;    ///< longest diagonal of all elements: balls above are looked at one by one
+      0.0;    ///< longest diagonal of all elements: larger balls are tested against every facet
 };
 
 /// Keeps its memory from one search to the next: new pages would cost more than the search.
