@@ -9,7 +9,7 @@ namespace defe {
 
 namespace {
 
-  using Ids = std::array<std::int64_t, 2>;
+  using Ids = CrackGrowth::Ids;
 
   Ids ids(const CrackLattice &lattice, int lower_end)
   {
@@ -106,7 +106,7 @@ namespace {
 void CrackGrowth::reset(const CrackLattice &lattice)
 {
   cracks.clear();
-  live.clear();
+  for (auto *list : {&live, &stale, &wide}) list->clear();
   changed = false;
   place.assign(lattice.n, -1);
   loud.assign(lattice.n, 0);
@@ -117,6 +117,14 @@ void CrackGrowth::reset(const CrackLattice &lattice)
   waiting.clear();
 }
 
+void CrackGrowth::find_again(const CrackLattice &lattice, int joint, Crack &crack)
+{
+  changed = true;
+  if (crack.stale) return;
+  crack.stale = true;
+  stale.push_back({ids(lattice, joint), joint, &crack});
+}
+
 void CrackGrowth::add_crack(const CrackLattice &lattice, int joint, const CrackMemory &memory)
 {
   const int lower = lattice.lower_end(joint);
@@ -124,10 +132,24 @@ void CrackGrowth::add_crack(const CrackLattice &lattice, int joint, const CrackM
   joint_changes(lattice, lower);
 }
 
+void CrackGrowth::add_known_crack(const CrackLattice &lattice, int joint, const CrackMemory &memory)
+{
+  const int lower = lattice.lower_end(joint);
+  Crack &crack = cracks[lower];
+  crack.memory = memory;
+  find_again(lattice, lower, crack);
+}
+
 void CrackGrowth::remove_crack(const CrackLattice &lattice, int joint)
 {
   const int lower = lattice.lower_end(joint);
   joint_changes(lattice, lower);
+  for (auto *list : {&live, &stale, &wide})
+    list->erase(std::remove_if(list->begin(), list->end(),
+                               [lower](const Listed &c) {
+                                 return c.joint == lower;
+                               }),
+                list->end());
   cracks.erase(lower);
 }
 
@@ -137,7 +159,7 @@ void CrackGrowth::joint_changes(const CrackLattice &lattice, int joint)
   changed = true;
   all_around(lattice, joint, [&](int other) {
     const auto crack = cracks.find(other);
-    if (crack != cracks.end()) crack->second.stale = true;
+    if (crack != cracks.end()) find_again(lattice, other, crack->second);
     return true;
   });
 }
@@ -161,13 +183,12 @@ void CrackGrowth::find_rings(const CrackLattice &lattice, int joint, Crack &crac
 {
   crack.odd.clear();
   crack.before_ties.clear();
-  crack.stale = false;
+  crack.stale = crack.wide = false;
   CrackRing ring;
   for (int t = 0; t < 6; ++t) {
     if (t / 2 == joint % 6 / 2) continue;
     const bool closed = crack_ring(lattice, joint / 6, joint % 6, t, ring);
-    // around an edge of more than four elements: found again whenever any joint changes
-    if (ring.size > 4) crack.stale = true;
+    if (ring.size > 4) crack.wide = true;
     if (!closed) continue;
     if (ring.cut(lattice) % 2 == 0) continue;
     bool first = true;
@@ -190,7 +211,7 @@ void CrackGrowth::find_waiting(const CrackLattice &lattice, int joint, Crack &cr
       const int here = 6 * (end / 6) + s;
       if (s / 2 == end % 6 / 2 || lattice.partner[end / 6][s] >= 0) continue;
       const bool closed = crack_ring(lattice, end / 6, end % 6, s, arc);
-      if (arc.size > 4) crack.stale = true;
+      if (arc.size > 4) crack.wide = true;
       Waiting front;
       front.crack = joint;
       if (is_tie(lattice, here)) {
@@ -218,21 +239,37 @@ void CrackGrowth::find_waiting(const CrackLattice &lattice, int joint, Crack &cr
     }
 }
 
+/// Those that joints which have changed may share a ring with; the others keep their place in the order of IDs.
+void CrackGrowth::update_live(const CrackLattice &lattice)
+{
+  for (const Listed &c : wide) find_again(lattice, c.joint, *c.crack);
+  wide.clear();
+  live.erase(std::remove_if(live.begin(), live.end(),
+                            [](const Listed &c) {
+                              return c.crack->stale;
+                            }),
+             live.end());
+  const auto kept = static_cast<std::ptrdiff_t>(live.size());
+  for (const Listed &c : stale) {
+    find_rings(lattice, c.joint, *c.crack);
+    if (c.crack->wide) wide.push_back(c);
+    if (!c.crack->odd.empty() || !c.crack->before_ties.empty()) live.push_back(c);
+  }
+  stale.clear();
+  const auto by_ids = [](const Listed &a, const Listed &b) {
+    return a.ids < b.ids;
+  };
+  std::sort(live.begin() + kept, live.end(), by_ids);
+  std::inplace_merge(live.begin(), live.begin() + kept, live.end(), by_ids);
+  changed = false;
+}
+
 /// Those with an intact joint that may open, and those that wait beside a loud DE, in the order of IDs.
 template <class F> void CrackGrowth::find_fronts(const CrackLattice &lattice, const F &may_open)
 {
-  if (changed) {
-    live.clear();
-    for (auto &[joint, crack] : cracks) {
-      if (crack.stale) find_rings(lattice, joint, crack);
-      if (!crack.odd.empty() || !crack.before_ties.empty()) live.emplace_back(joint, &crack);
-    }
-    std::sort(live.begin(), live.end(), [&](const auto &a, const auto &b) {
-      return ids(lattice, a.first) < ids(lattice, b.first);
-    });
-  }
-  changed = false;
-  for (const auto &[joint, crack] : live) {
+  if (changed) update_live(lattice);
+  for (const Listed &c : live) {
+    const Crack *const crack = c.crack;
     for (const Waiting &front : crack->before_ties) {
       bool any_loud = loud[front.tie / 6];
       for (int k = 1; k < front.arc.size; ++k) any_loud = any_loud || loud[front.arc.de[k]];

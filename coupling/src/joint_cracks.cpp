@@ -103,6 +103,7 @@ void JointCracks::prepare()
     const double least = d < jt.orthogonal ? 0.5 * r.volume
                                            : crack_least_volume(jt.cell[d - jt.orthogonal]);
     quiet[d] = crack_quiet_energy(least, moduli[r.part], least_strength, CrackGrowth::quiet_share);
+    const auto *const cracked = host.find_cracks(d);
     for (int s = 0; s < 6; ++s) {
       const JointRecord &slot = jt.record(d, s);
       if (slot.kind == joint::TIE && slot.state == joint::CONNECTIVE && slot.part == r.part)
@@ -111,7 +112,9 @@ void JointCracks::prepare()
       other[d][s] = r.other[s];
       its_slot[d][s] = slot.partner;
       if (jt.state[6 * d + s] != joint::CONNECTIVE) state[6 * d + s] = CrackLattice::SOFTENING;
-      if (const JointCrack *c = find(6 * d + s)) cuts[6 * d + s] = memory_of(c->law);
+      if (!cracked) continue;
+      for (const JointCrack &c : *cracked)
+        if (c.slot == s) cuts[6 * d + s] = memory_of(c.law);
     }
   }
 }
@@ -201,7 +204,7 @@ void JointCracks::resolve()
   for (const auto &[joint, memory] : cuts) {
     if (other_end(joint) < 0) continue;
     if (state[joint])
-      growth.add_crack(lattice(), joint, memory);
+      growth.add_known_crack(lattice(), joint, memory);
     else
       coming.push_back({joint, memory});
   }

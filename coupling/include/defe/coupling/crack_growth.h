@@ -97,6 +97,7 @@ struct CrackStrength {
 
 class CrackGrowth {
  public:
+  using Ids = std::array<std::int64_t, 2>;    ///< of the two ends, the lower one first
   /// Share of sigma_t for crack_quiet_energy: what is below need not be looked at.
   static constexpr double quiet_share = 0.98;
 
@@ -104,6 +105,8 @@ class CrackGrowth {
   void reset(const CrackLattice &lattice);
   /// A cut joint, of own DEs or ghosts, by either end.
   void add_crack(const CrackLattice &lattice, int joint, const CrackMemory &memory);
+  /// Of all cracks at once, after reset(): costs less.
+  void add_known_crack(const CrackLattice &lattice, int joint, const CrackMemory &memory);
   /// One that is no joint any more; before it loses its partner in the lattice.
   void remove_crack(const CrackLattice &lattice, int joint);
   /// A joint was cut by another law, or has lost its partner: for add_crack() and remove_crack() this is known.
@@ -155,13 +158,21 @@ class CrackGrowth {
   };
   struct Crack {
     CrackMemory memory;
-    bool stale = true;    // the rings must be found again
+    bool stale = false;    // the rings must be found again
+    bool wide =
+        false;    // one is around an edge of more than four elements: whenever any joint changes
     std::vector<CrackRing> odd;
     std::vector<Waiting> before_ties;
   };
 
-  std::unordered_map<int, Crack> cracks;              // by lower end
-  std::vector<std::pair<int, const Crack *>> live;    // those with a front, in the order of IDs
+  std::unordered_map<int, Crack> cracks;    // by lower end
+  struct Listed {
+    Ids ids;
+    int joint;
+    Crack *crack;
+  };
+  std::vector<Listed> live;    // those with a front, in the order of IDs
+  std::vector<Listed> stale, wide;
   bool changed = false;
   std::vector<int> close;    // joints whose energy is enough for their strength, by lower end
   std::vector<int> place;    // [n] index into stresses, or < 0
@@ -175,6 +186,8 @@ class CrackGrowth {
   std::vector<int> hot_of;    // [6 * active] by lower end
   std::vector<Vote> votes;
 
+  void find_again(const CrackLattice &, int joint, Crack &);
+  void update_live(const CrackLattice &);
   void find_rings(const CrackLattice &, int joint, Crack &) const;
   void find_waiting(const CrackLattice &, int joint, Crack &) const;
   bool needed(const CrackLattice &, const Waiting &) const;
