@@ -174,7 +174,7 @@ void JointStates::find_pending()
     }
 }
 
-void JointStates::decide_cracks(bool asks)
+void JointStates::decide_cracks()
 {
   cracks_->decide();
   for (int ds : cracks_->starts()) {
@@ -182,7 +182,6 @@ void JointStates::decide_cracks(bool asks)
     const int other = jt.partner[ds / 6][ds % 6];
     if (other < 6 * jt.nde) make_pending(other);
   }
-  if (!asks) return;
   for (int ds : jt.asking) jt.record(ds).asks = 0;
   jt.asking = cracks_->entered();
   for (int ds : jt.asking) jt.record(ds).asks = 1;

@@ -323,6 +323,7 @@ void DefeNotes::say_all()
   due = false;
   strengths();
   laws();
+  collecting();
   bodies();
   untied();
 }
@@ -394,6 +395,41 @@ void DefeNotes::laws()
                       "{:.3g}",
                       p.name, law.beta, p.type, p.type, law.sigma_t, law.beta * law.sigma_t));
   }
+}
+
+/* ----------------------------------------------------------------------
+   a crack waits for elements that are collected. It runs at up to half the speed of shear waves, and asks for them
+   half an edge ahead, which is the spacing of their DEs: that times the fastest wave between them
+   is their stable step.
+------------------------------------------------------------------------- */
+
+void DefeNotes::collecting()
+{
+  if (sys.model.collect == 1 || sys.mesh.dt_joints() == 0.0) return;
+  const double waits = sys.model.collect * update->dt;
+  std::vector<std::string> names;
+  double way = 0.0, room = 0.0;    // of the part in which a crack runs farthest beyond
+  for (const auto &p : sys.model.parts) {
+    const auto &elastic = sys.model.material_of(p).elastic();
+    if (!p.convertible || p.start == "all" || p.stress > elastic.E) continue;
+    const double wave = std::sqrt((elastic.lambda() + 4.0 * elastic.mu()) / elastic.rho);
+    const double spacing = sys.mesh.dt_joints() * wave;
+    const double run = waits * 0.5 * std::sqrt(elastic.mu() / elastic.rho);
+    if (run <= spacing) continue;
+    names.push_back(p.name);
+    if (run * room > way * spacing || names.size() == 1) {
+      way = run;
+      room = spacing;
+    }
+  }
+  if (names.empty()) return;
+  say(fmt::format(
+      "with collect {} elements of {} {} wait for up to {:.3g}, in which a crack can run "
+      "{:.3g}, more than half of an element ({:.3g}): cracks stop, and others start in their "
+      "place; "
+      "use collect {} or less",
+      sys.model.collect, names.size() > 1 ? "parts" : "part", listed(names), waits, way, room,
+      std::max(1, static_cast<int>(sys.model.collect * room / way))));
 }
 
 /* ----------------------------------------------------------------------

@@ -28,6 +28,7 @@ class DefeNotes : protected DefeComponent {
   std::vector<std::string> said;
   void strengths();
   void laws();
+  void collecting();
   void bodies();
   void balls(bool deformable);
   void untied();

@@ -223,10 +223,12 @@ void PairDefeJoint::joint_forces(defe::ForceSums &sums)
 void PairDefeJoint::strength_reached()
 {
   states->find_pending();
-  if (states->cracks() && !update->setupflag) {
+  // cracks are decided on with the clock of the finite elements: on its way through a DE a crack meets several of
+  // their steps
+  if (states->cracks() && !update->setupflag && sys->clock.subcycle().due()) {
     states->cracks()->mark();
     forward(CRACK_STRESS, defe::JointCracks::STRESS_SIZE);
-    states->decide_cracks(sys->clock.subcycle().due());
+    states->decide_cracks();
   }
   forward(STATES, states->states_size());
   states->adopt_states();

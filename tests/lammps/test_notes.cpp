@@ -278,6 +278,21 @@ TEST(Strength, ConversionAboveIt)
       << "joints without a strength";
 }
 
+// ---- conversions that are collected ----
+
+TEST(Collecting, LongerThanACrackNeeds)
+{
+  // a time step of 1e-8, edges of 2 mm, a crack that runs at half of 3.42 mm/us: 58.5 steps
+  const std::string convert = "56e6 type 4 group particles collect ";
+  EXPECT_EQ(converting(convert + "58"), Notes());
+  EXPECT_EQ(
+      converting(convert + "60"),
+      Notes{"with collect 60 elements of part glass wait for up to 6e-07, in which a crack can "
+            "run 0.00102, more than half of an element (0.001): cracks stop, and others start "
+            "in their place; use collect 58 or less"});
+  EXPECT_EQ(converting("1e12 type 4 group particles collect 60"), Notes());
+}
+
 // ---- cracks and mesh ----
 
 TEST(Laws, LatticeKnowsTheMesh)

@@ -281,7 +281,7 @@ class JointWorld {
     for (std::size_t from = 0; from < ranks.size(); ++from)
       for (auto &to : ranks)
         if (to != ranks[from]) unpack_stress(*ranks[from], sent[from], *to);
-    for (auto &r : ranks) r->states->decide_cracks(true);
+    for (auto &r : ranks) r->states->decide_cracks();
   }
   static void unpack_stress(const JointRank &from, const std::vector<double> &sent, JointRank &to)
   {

@@ -18,7 +18,7 @@
 ///     switch_pending()
 ///     half_forces(); message HALF_FORCES; gather(sums)
 ///     soften(sums); find_pending();
-///     with cracks and moving: cracks()->mark(), a message, decide_cracks()
+///     with cracks and moving, when finite elements act: cracks()->mark(), a message, decide_cracks()
 ///     message STATES; adopt_states()
 ///
 /// What comes of it for others is in events(), broken() and damaged().
@@ -91,8 +91,8 @@ class JointStates {
   void without_connective();
   void soften(ForceSums &);
   void find_pending();
-  /// \param asks  this is a step in which elements may convert
-  void decide_cracks(bool asks);
+  /// In steps in which elements may convert: ties whose elements a crack wants are marked.
+  void decide_cracks();
   void adopt_states();
 
   // messages: of one DE, up to the size
