@@ -22,12 +22,7 @@ struct Bending {
 
   std::string script() const
   {
-    return R"(
-    units           si
-    atom_style      sphere
-    newton          off on
-    comm_modify     vel yes
-    boundary        f f f
+    return script_head() + R"(
     region          box block )" +
         box + R"(
     create_box      5 box

@@ -41,10 +41,7 @@ struct Scene {
     });
   }
 
-  static std::string header()
-  {
-    return "units si\natom_style sphere\nnewton off on\ncomm_modify vel yes\nboundary f f f\n";
-  }
+  static std::string header() { return script_head(); }
   std::string fix_only() const
   {
     return "fix fe all defe " + materials + " " + convert + " " + contact + "\n";

@@ -117,7 +117,7 @@ inline Vec3 place_of(const MeshFile &mesh, long id)
 
 inline std::string header_of(const CrackStrip &)
 {
-  return "units si\natom_style sphere\nnewton off on\ncomm_modify vel yes\nboundary f f f\n";
+  return script_head();
 }
 
 inline std::string fix_of(const CrackStrip &strip)

@@ -23,12 +23,12 @@ inline Block cracking_beam()
   return block;
 }
 
-/// The bending motion, with some noise.
-inline void bend(Lammps &lmp, const Block &block)
+/// The bending motion, with some noise; so many times as fast as it needs to be.
+inline void bend(Lammps &lmp, const Block &block, double speed = 1.0)
 {
   lmp.change([&](Particle &p) {
     const double s = (p.x[0] - block.centre()[0]) / 0.016;
-    p.v = Vec3(0.0, 12.0 * (s * s - 1.0 / 3.0), 0.0) + 0.1 * random_of(p.tag, 8);
+    p.v = speed * (Vec3(0.0, 12.0 * (s * s - 1.0 / 3.0), 0.0) + 0.1 * random_of(p.tag, 8));
   });
 }
 

@@ -42,8 +42,7 @@ struct Block {
 
   std::string header() const
   {
-    std::string s = "units si\natom_style sphere\nnewton off on\ncomm_modify vel yes\nboundary " +
-        boundary + "\n";
+    std::string s = script_head(boundary);
     if (!processors.empty()) s += "processors " + processors + "\n";
     return s;
   }

@@ -74,6 +74,13 @@ inline int size_of(MPI_Comm comm)
   return size;
 }
 
+/// What a script begins with.
+inline std::string script_head(const std::string &boundary = "f f f")
+{
+  return "units si\natom_style sphere\nnewton off on\ncomm_modify vel yes\nboundary " + boundary +
+      "\n";
+}
+
 /// Rank 0 removes a file that an earlier run of the test may have left.
 inline void remove_file(const std::string &file, MPI_Comm comm = MPI_COMM_WORLD)
 {
@@ -352,6 +359,19 @@ template <class Do> Particles on_one_rank(const Do &something)
   Particles result;
   for (const auto &p : list) result.emplace(p.tag, p);
   return result;
+}
+
+/// Do something on the first n ranks; the others wait.
+template <class Do> void on_ranks(int n, const Do &something)
+{
+  MPI_Comm comm;
+  const int rank = rank_of(MPI_COMM_WORLD);
+  MPI_Comm_split(MPI_COMM_WORLD, rank < n ? 0 : MPI_UNDEFINED, rank, &comm);
+  if (rank < n) {
+    something(comm);
+    MPI_Comm_free(&comm);
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
 }
 
 /// Largest difference of a vector of the particles (member pointer) between two states.

@@ -30,10 +30,7 @@ struct Laminate {
   std::string curve;    // of softening
   std::string convert = "1e12 type 2 group particles start all";
 
-  std::string header() const
-  {
-    return "units si\natom_style sphere\nnewton off on\ncomm_modify vel yes\nboundary f f f\n";
-  }
+  std::string header() const { return script_head(); }
   std::string fix() const
   {
     std::string s = "fix fe all defe material glass elastic 74e9 " + number(nu) +

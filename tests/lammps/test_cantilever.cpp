@@ -41,12 +41,7 @@ struct Cantilever {
 
 std::string script(const Cantilever &b, const std::string &options, double dt)
 {
-  return R"(
-    units           si
-    atom_style      sphere
-    newton          off on
-    comm_modify     vel yes
-    boundary        f f f
+  return script_head() + R"(
     region          box block -0.005 )" +
       number(b.L + 0.005) + " -0.005 " + number(b.H + 0.005) + " -0.005 " + number(b.W + 0.005) +
       R"(
@@ -185,12 +180,7 @@ TEST(FreeBeam, BendingFrequenciesAreThoseOfCalculix)
 {
   Lammps lmp;
   const double dt = 1.6e-7;
-  lmp.commands(R"(
-    units           si
-    atom_style      sphere
-    newton          off on
-    comm_modify     vel yes
-    boundary        f f f
+  lmp.commands(script_head() + R"(
     region          box block -0.11 0.11 -0.01 0.03 -0.01 0.02
     create_box      1 box
     pair_style      zero 0.002

@@ -22,12 +22,7 @@ const double c_bar = std::sqrt(E / rho);
 std::string script(double nu, double factor, double dt, const std::string &box,
                    const std::string &convert, const std::string &more = "")
 {
-  return R"(
-    units           si
-    atom_style      sphere
-    newton          off on
-    comm_modify     vel yes
-    boundary        f f f
+  return script_head() + R"(
     region          box block )" +
       box + R"(
     create_box      3 box

@@ -455,12 +455,7 @@ TEST(Conversions, UnderARam)
   for (const auto &[law, dt] : {std::pair("lattice", 6e-8), {"lattice", 3e-8}, {"", 3e-8}}) {
     SCOPED_TRACE(law + number(dt));
     Lammps lmp;
-    lmp.commands(std::string(R"(
-    units si
-    atom_style sphere
-    newton off on
-    comm_modify vel yes
-    boundary f f f
+    lmp.commands(std::string(script_head() + R"(
     region box block -0.01 0.01 -0.008 0.012 -0.008 0.012
     create_box 3 box
     region notch block -0.0011 0.0011 -0.001 0.0011 INF INF

@@ -43,7 +43,7 @@ double strength(const Stretched &b, std::vector<Event> *first = nullptr)
   remove_file("strength.txt");
   Lammps lmp;
   lmp.commands(
-      "units si\natom_style sphere\nnewton off on\ncomm_modify vel yes\nboundary f f f\n"
+      script_head() +
       "region box block -0.02 0.03 -0.02 0.03 -0.02 0.03\ncreate_box 2 box\npair_style defe/joint\n"
       "pair_coeff 2 2 connective material cohesive 60e6 10 0.1 " +
       b.law +

@@ -26,19 +26,6 @@ namespace {
 // at the end of a sealed file: checksum and length, then what LAMMPS looks for
 constexpr size_t seal_size = 40, magic_size = sizeof(MAGIC_STRING);
 
-/// Do something on the first n ranks; the others wait.
-void on_ranks(int n, const std::function<void(MPI_Comm)> &something)
-{
-  MPI_Comm comm;
-  const int rank = rank_of(MPI_COMM_WORLD);
-  MPI_Comm_split(MPI_COMM_WORLD, rank < n ? 0 : MPI_UNDEFINED, rank, &comm);
-  if (rank < n) {
-    something(comm);
-    MPI_Comm_free(&comm);
-  }
-  MPI_Barrier(MPI_COMM_WORLD);
-}
-
 /// Number of ranks that write, and that read.
 std::vector<std::pair<int, int>> changes_of_ranks()
 {

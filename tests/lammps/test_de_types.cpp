@@ -19,18 +19,13 @@ namespace {
 std::string two_materials(bool one_type)
 {
   const std::string law = " connective material cohesive 1e12 1e6 0.1 contact 0.9 0.2\n";
-  return std::string(R"(
-    units           si
-    atom_style      sphere
-    newton          off on
-    comm_modify     vel yes
-    boundary        f f f
+  return script_head() + R"(
     processors      * 1 1
     region          box block -0.02 0.03 -0.02 0.03 -0.02 0.03
     create_box      3 box
     pair_style      defe/joint
-  )") +
-      "pair_coeff 2 2" + law + "pair_coeff 3 3" + law + "pair_coeff 2 3" + law + R"(
+  )" + "pair_coeff 2 2" +
+      law + "pair_coeff 3 3" + law + "pair_coeff 2 3" + law + R"(
     group           particles empty
     fix             fe all defe material soft elastic 3e9 0.3 1200 &
                                 material glass elastic 74.09e9 0.2 2500 &

@@ -50,10 +50,7 @@ std::string first_run(const std::string &events, const std::string &restart, dou
   remove_file(events);
   Lammps lmp;
   lmp.commands(block.script());
-  bend(lmp, block);
-  lmp.change([&](Particle &p) {
-    p.v *= speed;
-  });
+  bend(lmp, block, speed);
   lmp.run(at_restart);
   lmp.command("write_restart " + restart);
   if (then) *then = read(events);

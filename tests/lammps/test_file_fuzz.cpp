@@ -132,10 +132,7 @@ void write_files(const std::string &name, double speed)
   remove_file(name + ".txt");
   Lammps lmp;
   lmp.commands(block.script());
-  bend(lmp, block);
-  lmp.change([&](Particle &p) {
-    p.v *= speed;
-  });
+  bend(lmp, block, speed);
   lmp.run(at_restart);
   EXPECT_GT(lmp.fe(DES), 100) << "a poor example";
   lmp.commands("write_restart " + name + ".restart\nwrite_restart " + name + ".set.%");

@@ -343,12 +343,7 @@ TEST(FragmentAtom, PartsAndGroups)
                             equidistant(0.0, 0.02, 10), equidistant(0.0, 0.004, 2), 2);
   mesh.write("layers.data");
   Lammps lmp;
-  lmp.commands(R"(
-    units           si
-    atom_style      sphere
-    newton          off on
-    comm_modify     vel yes
-    boundary        f f f
+  lmp.commands(script_head() + R"(
     region          box block -0.01 0.03 -0.01 0.02 -0.01 0.02
     create_box      2 box
     region          middle block 0.008 0.010 INF INF INF INF

@@ -38,8 +38,7 @@ std::string plugin()
   return other ? other : DEFE_PLUGIN_PATH;
 }
 
-const std::string header = "units si\natom_style sphere\nnewton off on\ncomm_modify vel yes\n"
-                           "boundary f f f\n";
+const std::string header = script_head();
 
 std::string fix_of(const Scene &s, const Way &w, const std::string &output)
 {

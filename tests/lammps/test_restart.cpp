@@ -40,13 +40,7 @@ std::string two_parts()
 
 std::string header()
 {
-  return R"(
-    units           si
-    atom_style      sphere
-    newton          off on
-    comm_modify     vel yes
-    boundary        f f f
-  )";
+  return script_head();
 }
 
 /// id, part, x, y, z of all elements, by ID
@@ -288,19 +282,6 @@ namespace {
 
 /// 1e-9 of an element edge
 constexpr double same_place = 1e-9 * h;
-
-/// Do something on the first n ranks; the others wait.
-void on_ranks(int n, const std::function<void(MPI_Comm)> &something)
-{
-  MPI_Comm comm;
-  const int rank = rank_of(MPI_COMM_WORLD);
-  MPI_Comm_split(MPI_COMM_WORLD, rank < n ? 0 : MPI_UNDEFINED, rank, &comm);
-  if (rank < n) {
-    something(comm);
-    MPI_Comm_free(&comm);
-  }
-  MPI_Barrier(MPI_COMM_WORLD);
-}
 
 struct State {
   Particles particles;

@@ -48,12 +48,7 @@ double deflection(const Beam &b, double estimate)
   const double omega = std::sqrt(1.0 / estimate / mass), period = 2.0 * pi / omega;
 
   Lammps lmp;
-  lmp.commands(R"(
-    units           si
-    atom_style      sphere
-    newton          off on
-    comm_modify     vel yes
-    boundary        f f f
+  lmp.commands(script_head() + R"(
     region          box block -0.002 0.1 -0.01 0.02 -0.002 0.004
     create_box      1 box
     pair_style      zero 1e-3

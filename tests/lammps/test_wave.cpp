@@ -18,12 +18,7 @@ const double c = std::sqrt(E / rho);           // 5443.9 m/s
 std::string bar(double nu, double width, int across)
 {
   const std::string end = " 0 " + std::to_string(across) + " " + number(width);
-  return R"(
-    units           si
-    atom_style      sphere
-    newton          off on
-    comm_modify     vel yes
-    boundary        f f f
+  return script_head() + R"(
     region          box block -0.01 0.21 -0.005 0.015 -0.005 0.015
     create_box      1 box
     pair_style      zero 0.002

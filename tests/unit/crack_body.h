@@ -159,16 +159,24 @@ class CrackBody {
     for (auto &[joint, c] : cut) soften(joint, c, advance);
   }
 
-  /// Decide, and carry out at once.
-  int grow()
+  /// Of the DEs whose energy is high enough to matter.
+  void find_stresses()
   {
-    const CrackLattice l = lattice();
-    for (int i : growth.mark(l, energy.data(), quiet.data())) {
+    for (int i : growth.mark(lattice(), energy.data(), quiet.data())) {
       End e;
       const CrackEnd de = end(i, e);
       growth.stress(i) = crack_stress(block.de[i].cell, e.y, de.present, moduli);
     }
-    growth.decide(l, strength(), parameters, starts);
+  }
+  void decide()
+  {
+    find_stresses();
+    growth.decide(lattice(), strength(), parameters, starts);
+  }
+  /// Decide, and carry out at once.
+  int grow()
+  {
+    decide();
     open(starts);
     return static_cast<int>(starts.size());
   }

@@ -97,13 +97,7 @@ double first_start(CrackBody &body, const Mat3 &S, std::vector<CrackStart> *star
     const Mat3 F = strain_of(share * S);
     for (int i = 0; i < body.n; ++i) body.x[i] = F * body.reference(i);
     body.forces();
-    const CrackLattice l = body.lattice();
-    for (int i : body.growth.mark(l, body.energy.data(), body.quiet.data())) {
-      CrackBody::End e;
-      const CrackEnd de = body.end(i, e);
-      body.growth.stress(i) = crack_stress(body.block.de[i].cell, e.y, de.present, body.moduli);
-    }
-    body.growth.decide(l, body.strength(), body.parameters, body.starts);
+    body.decide();
     if (starts) *starts = body.starts;
     if (!body.starts.empty()) return share;
   }
@@ -285,12 +279,7 @@ TEST(CrackGrowth, StrengthInEquilibriumOfADistortedMesh)
     for (body.starts.clear(); body.starts.empty() && at < 1.2; at += 0.005) {
       for (int i = 0; i < body.n; ++i) body.x[i] = body.reference(i) + at * u[i];
       body.forces();
-      for (int i : body.growth.mark(body.lattice(), body.energy.data(), body.quiet.data())) {
-        CrackBody::End e;
-        const CrackEnd de = body.end(i, e);
-        body.growth.stress(i) = crack_stress(body.block.de[i].cell, e.y, de.present, body.moduli);
-      }
-      body.growth.decide(body.lattice(), body.strength(), body.parameters, body.starts);
+      body.decide();
     }
     EXPECT_GE(at - 0.005, 0.94) << n.transpose();
     EXPECT_LE(at - 0.005, 1.0) << n.transpose();
@@ -419,15 +408,6 @@ void expect_same(const Picture &a, const Picture &b)
   }
 }
 
-void fill(CrackBody &body)
-{
-  for (int i : body.growth.mark(body.lattice(), body.energy.data(), body.quiet.data())) {
-    CrackBody::End e;
-    const CrackEnd de = body.end(i, e);
-    body.growth.stress(i) = crack_stress(body.block.de[i].cell, e.y, de.present, body.moduli);
-  }
-}
-
 }    // namespace
 
 // Elements and their local axes in another order, IDs drawn anew: the same cracks.
@@ -450,8 +430,7 @@ TEST(CrackGrowth, NumberingDoesNotMatter)
       body.growth.reset(body.lattice());
     }
     load(body, 1);
-    fill(body);
-    body.growth.decide(body.lattice(), body.strength(), body.parameters, body.starts);
+    body.decide();
     const Picture now = picture(body.lattice(), body.starts);
     int origins[4] = {};
     for (const CrackStart &s : body.starts) ++origins[s.origin];
@@ -540,8 +519,7 @@ TEST(CrackGrowth, RanksDecideAlike)
   shuffle_local_axes(mesh, random);
   CrackBody body(mesh, law, false);
   load(body, 2);
-  fill(body);
-  body.growth.decide(body.lattice(), body.strength(), body.parameters, body.starts);
+  body.decide();
   const Picture serial = picture(body.lattice(), body.starts);
   for (int way = 0; way < 3; ++way) {
     const Vec3 normal = way == 0 ? Vec3::UnitX() : (way == 1 ? Vec3::UnitY() : Vec3(1, 1, 1));
@@ -582,8 +560,7 @@ TEST(CrackGrowth, ScatterOfNuclei)
     const Mat3 F = strain_of(stress * law.sigma_t * n * n.transpose());
     for (int i = 0; i < body.n; ++i) body.x[i] = F * body.reference(i);
     body.forces();
-    fill(body);
-    body.growth.decide(body.lattice(), body.strength(), body.parameters, body.starts);
+    body.decide();
     return body.starts.size();
   };
   EXPECT_EQ(strong(0.3, 0.995), 0u);
@@ -610,8 +587,7 @@ TEST(CrackGrowth, BesideACrackNothingNucleates)
     const Mat3 F = strain_of(stress * law.sigma_t * n * n.transpose());
     for (int i = 0; i < body.n; ++i) body.x[i] = F * body.reference(i);
     body.forces();
-    fill(body);
-    body.growth.decide(body.lattice(), body.strength(), body.parameters, body.starts);
+    body.decide();
     bool beside = false;
     for (const CrackStart &s : body.starts) {
       const Vec3 c = body.reference(s.joint / 6) + 0.5 * body.lattice().vector(s.joint);

@@ -40,13 +40,8 @@ Decided decide(double across, const CrackGrowthParameters &parameters)
       if (next) body.x[i] += lift * n;
     }
     body.forces();
+    body.decide();
     const CrackLattice l = body.lattice();
-    for (int i : body.growth.mark(l, body.energy.data(), body.quiet.data())) {
-      CrackBody::End e;
-      const CrackEnd de = body.end(i, e);
-      body.growth.stress(i) = crack_stress(body.block.de[i].cell, e.y, de.present, body.moduli);
-    }
-    body.growth.decide(l, body.strength(), body.parameters, body.starts);
     out.fronts = 0;
     for (const CrackStart &s : body.starts) out.fronts += s.origin == CrackStart::FRONT;
     out.torn = 0.0;
