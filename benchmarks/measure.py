@@ -374,7 +374,7 @@ CASES = {
     "event2000000": lambda r: event(r, 2000000),
     "plate_elastic": lambda r: plate(r, "plate_elastic", {"stress": "1e30", "bond": 0}),
     "plate": lambda r: plate(r, "plate"),
-    "plate_collect": lambda r: plate(r, "plate_collect", {"collect": 12}),
+    "plate_collect": lambda r: plate(r, "plate_collect", {"collect": 10}),
     "plate_dem": lambda r: plate(r, "plate_dem", {"start": "all"}),
     "chute": case_chute,
     "lulesh": case_lulesh,
@@ -611,8 +611,8 @@ def row_plate(s):
         Line("laminated plate 2 mm, 40 us, elastic", "s", s.values("plate_elastic", "loop_s")),
         Line("laminated plate: adaptive by elastic", "", s.ratios("plate", "plate_elastic"), 3.0, -1),
         Line("laminated plate: pure DEM by adaptive", "", s.ratios("plate_dem", "plate"), 8.0),
-        Line("laminated plate with `collect 12`: adaptive by elastic", "", s.ratios("plate_collect", "plate_elastic"), 3.0, -1),
-        Line("laminated plate with `collect 12`: pure DEM by adaptive", "", s.ratios("plate_dem", "plate_collect"), 8.0),
+        Line("laminated plate with `collect 10`: adaptive by elastic", "", s.ratios("plate_collect", "plate_elastic"), 3.0, -1),
+        Line("laminated plate with `collect 10`: pure DEM by adaptive", "", s.ratios("plate_dem", "plate_collect"), 8.0),
     ]
 
 
