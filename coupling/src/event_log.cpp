@@ -118,7 +118,7 @@ std::string EventLog::open(bool writes)
   return complaint;
 }
 
-/// A file that is not the one to go on with: may it be overwritten?
+/// A file that this run does not continue: may it be overwritten?
 std::string EventLog::refusal_of_other(bool empty, bool ours) const
 {
   if (empty) return "";

@@ -164,7 +164,7 @@ int JointCracks::unpack_table(int d, const double *buf)
   return m;
 }
 
-// the other ends of ghosts' joints, as far as they are here. The nearest image of an ID may be that of another
+// the other ends of the joints of ghosts, as far as this rank has them. The nearest image of an ID may be that of another
 // side of a periodic box: joints are shorter than half of it.
 
 void JointCracks::find_partners_of_ghosts()
@@ -221,7 +221,7 @@ void JointCracks::cut_pending()
   memories.clear();
 }
 
-// energies are not negative but for rounding: the sign says whether shares follow
+// energies are not negative, except by rounding: the sign says whether shares follow
 
 int JointCracks::pack_energy(int d, double *buf) const
 {
@@ -274,7 +274,7 @@ CrackEnd JointCracks::end(int d, End &store) const
   return {store.dX, store.y, present};
 }
 
-// what several joints ask of a DE in one evaluation
+// what several joints need to know of a DE in one evaluation
 
 void JointCracks::forget_ends()
 {
@@ -337,7 +337,7 @@ CrackForces JointCracks::look(int joint, const CohesiveParameters &par, CrackJoi
 
 bool JointCracks::rests(signed char &plane, double dt)
 {
-  // before a run what rested in the last step rests still
+  // before a run, what rested in the last step still does
 
   if (plane <= (dt > 0.0 ? 2 : 1)) return false;
   if (dt > 0.0) plane--;
@@ -369,8 +369,8 @@ CrackForces JointCracks::advance(int joint, CrackJoint &law, const CohesiveParam
   return out;
 }
 
-// A broken joint whose plane is open need not be looked at before it can have closed: as long as everything
-// around it does not move four times as fast as now, against each other.
+// A broken joint whose plane is open is not computed until it may have closed: nothing around it is expected to
+// move more than four times as fast as now, relative to each other.
 
 signed char JointCracks::resting(int joint, const CrackJoint &law, double dt) const
 {

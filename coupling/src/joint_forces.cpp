@@ -1,4 +1,4 @@
-// JointStates: forces of joints and ties, and what there is to see of them.
+// JointStates: forces of joints and ties, and their output.
 
 #include "defe/coupling/joint_states.h"
 
@@ -44,7 +44,7 @@ void JointStates::gather(ForceSums &sums)
 {
   above.clear();
   for (int d = 0; d < jt.nde; ++d) gather(d, sums);
-  // strain energy of DEs after their conversion, to set against what was there before
+  // strain energy of DEs after their conversion, to compare with that before
   for (int d : jt.newborn) ledger.conv_strain -= jt.energy[d];
 }
 

@@ -44,7 +44,7 @@ namespace {
         length_of(file) - static_cast<std::int64_t>(end_bytes + sizeof(Seal));
     if (!read_at(file, length, &s, sizeof(Seal)) || std::memcmp(s.mark, MARK, sizeof(MARK)) != 0)
       return SealState::MISSING;
-    // what it says of sizes is trusted, and memory taken for it, only then
+    // only then are its sizes trusted, and memory allocated for them
     if (s.own != own_of(s) || s.length != static_cast<std::uint64_t>(length) ||
         s.others > s.length / sizeof(std::uint64_t))
       return SealState::BROKEN;

@@ -11,8 +11,8 @@
 
 namespace defe::search {
 
-// Two facets whose normals have no component above this against each other, on any axis, do not press
-// on each other: facing_limit / 3 less what normals may turn until the next search.
+// Two facets whose normals are opposed by no more than this on any axis do not press on each
+// other: facing_limit / 3 less what normals may turn until the next search.
 static constexpr double opposed = 0.04;
 
 // Two normals with n.m < -facing have components of opposite sign above facing / 3 on some axis.
@@ -71,7 +71,7 @@ Cells ContactFacets::neighbourhoods() const
 
 /* ----------------------------------------------------------------------
    facets that can meet anything: those with another part, a DE, a ball, or a face of their own part
-   that looks against them, within the range in which two facets can touch
+   that faces them, within the range in which two facets can touch
 ------------------------------------------------------------------------- */
 
 void ContactFacets::choose(const SurfaceScene &s, SurfaceFaces &f, SurfaceTables &t)
@@ -82,7 +82,7 @@ void ContactFacets::choose(const SurfaceScene &s, SurfaceFaces &f, SurfaceTables
   sides.clear();
   collect_balls();
 
-  // a bit for each part; parts beyond the last bit, DEs and balls are always several
+  // a bit for each part; parts beyond the last bit, DEs and balls count as several
   constexpr unsigned several = 3u << 30;
   const auto bit = [](int part) {
     return part < 30 ? 1u << part : several;
@@ -158,7 +158,7 @@ void ContactFacets::measure(int k)
   f.half_eta = cross / a.norm();
   const double volume = scene->elements[sides[k].element].volume;
   faces->find_rims(sides[k].face, f.rim);
-  // half of the element, so that a point is not nearer to its far side
+  // half of the element: beyond, a point would be nearer to its far side
   f.depth_max = 0.5 * std::min(volume / f.area, std::sqrt(f.area));
   if (f.k_area < 0.0) return;
   f.k_area = penalty_stiffness_per_area(scene->factor, scene->parts[f.part].bulk, f.area, volume);
@@ -200,7 +200,7 @@ void ContactFacets::pair_balls()
           for (int c = first; c < last; c++) pair_ball(ball, list.all()[c].facet);
         });
   }
-  // an order that no list of particles or facets has made
+  // an order that does not depend on the order of particles or facets
   std::sort(tables->balls.begin(), tables->balls.end(), [&](const auto &a, const auto &b) {
     if (all.id[a.atom] != all.id[b.atom]) return all.id[a.atom] < all.id[b.atom];
     if (a.facet != b.facet) return by_identity(a.facet, b.facet);

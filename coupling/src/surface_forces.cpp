@@ -33,11 +33,11 @@ namespace {
     return other < 0.0 ? one : std::min(one, other);
   }
 
-  // viscous coefficient of a ball's friction where it hardly slides, in masses per time step: each
-  // node takes that of up to 4 facets
+  // viscous coefficient of a ball's friction where it hardly slides, in masses per time step: each node carries
+  // up to 4 facets
   constexpr double stick = 0.1;
 
-  // an overlap cannot grow faster than this many times speed and area: by the depth itself, and by the shares
+  // an overlap cannot grow faster than this multiple of speed and area: by the depth itself, and by the shares
   constexpr double growth = 4.0;
 
   /// One patch (or the sphere) on one facet.
@@ -49,8 +49,8 @@ namespace {
     double weight;    // its area (of a sphere: 1), then its force along the normal
   };
 
-  /// Those of one point. Kept from point to point and filled in place: what is left in them of the last
-  /// point is not read.
+  /// Those of one point. Reused from point to point and filled in place: leftovers of the last point are never
+  /// read.
   class ActiveList {
    public:
     void clear() { count = 0; }
@@ -94,7 +94,7 @@ namespace {
     AddedForces<exact> add;
     SurfaceResult result;
     ActiveList active;
-    // of this point in this step: energy that came from nothing, and that was let through
+    // of this point in this step: energy that came from nowhere, and energy that was let through
     double returned = 0.0, lost = 0.0;
     double area = 1.0;    // of its patches
 
@@ -124,7 +124,7 @@ namespace {
       return v;
     }
 
-    // a step ago; velocities are those of half a step
+    // a step ago; velocities are those of half a step ago
     Vec3 place_before(int i) const { return vector_at(a.x, i) - a.dt * vector_at(a.v, i); }
     FacetPlane plane_before(const ContactFacet &facet) const
     {
@@ -147,9 +147,9 @@ namespace {
       return sphere_on_facet(p, cp.r, g, one.pair);
     }
 
-    /// If it crossed the depth to which points are followed in this step, inwards or (sign < 0) outwards: the
-    /// energy that is lost or comes from nothing, with half of the work of the step, as velocity Verlet's half
-    /// kicks take it.
+    /// If in this step it crossed the depth to which points are followed, inwards or (sign < 0) outwards: the
+    /// energy that is lost or comes from nowhere, with half of the work of the step, as the half kicks of velocity
+    /// Verlet have it.
     void cross_limit(const ContactPoint &cp, const Active &one, double sign)
     {
       if (!a.moving || a.energy_only) return;
@@ -170,15 +170,15 @@ namespace {
         returned += energy;
     }
 
-    /// The last one of `active` presses, or is dropped. touches: it has a share.
-    void keep_active(const ContactPoint &cp, bool touches)
+    /// The last one of `active` presses, or is dropped. in_contact: it has a share.
+    void keep_active(const ContactPoint &cp, bool in_contact)
     {
       const Active &one = *(active.end() - 1);
-      if (touches) {
+      if (in_contact) {
         if (one.contact.raw_depth > one.pair.depth_max)
           cross_limit(cp, one, 1.0);
         else if (one.contact.depth > 0.0) {
-          // not more than 0.1 of that in a step
+          // at most 0.1 of that in a step
           if (one.contact.raw_depth > 0.9 * one.pair.depth_max) cross_limit(cp, one, -1.0);
           return;
         }
@@ -203,7 +203,7 @@ namespace {
       return one;
     }
 
-    /// The patches of a node side by side, for all facets that it is looked at against.
+    /// The patches of a node side by side, for all facets that it is tested against.
     struct OwnPatch {
       Vec3 normal;
       double quarter, area, half, k_area;
@@ -224,7 +224,7 @@ namespace {
         patch.quarter = 0.25 * own.area;
         patch.half = 0.5 * std::min(own.half_xi, own.half_eta);
         patch.k_area = own.k_area;
-        // but for rounding of coordinates
+        // up to rounding of the coordinates
         const OwnPatch &first = own_patches[0];
         own_equal = own_equal && patch.k_area == first.k_area &&
             std::abs(patch.area - first.area) <= 1e-12 * first.area &&
@@ -262,7 +262,7 @@ namespace {
     }
 
     /// All patches of a node together, where neither their places nor their normals make a difference: far
-    /// from rims, and parallel to the facet or turned away from it. False: they must be looked at one by one.
+    /// from rims, and parallel to the facet or turned away from it. False: each must be computed on its own.
     bool whole_node(const ContactPoint &cp, int index, const LocalPoint &at)
     {
       const ContactFacet &facet = t.facets[index];
@@ -288,7 +288,7 @@ namespace {
         area = facing * own.quarter * side_weight(own.area, facet.area);
         stiffness = softer(own.k_area, facet.k_area) * area;
       }
-      // the middle of a patch is not farther from its node than 0.65 times their reach
+      // the middle of a patch is at most 0.65 of its reach from its node
       const double clear = 0.65 * cp.half + std::max(half, -2.0 * at.h);
       const double way[4] = {(1.0 - at.xi) * facet.half_xi, (1.0 + at.xi) * facet.half_xi,
                              (1.0 - at.eta) * facet.half_eta, (1.0 + at.eta) * facet.half_eta};
@@ -358,11 +358,11 @@ namespace {
       sum.force += scale * psi.force;
     }
 
-    /// What an offset that is raised in motion does to the energy. The kicks of velocity Verlet take half of the
-    /// work of this step with the force of the last evaluation and half with that of now, so that the total
-    /// changes by the mean over both places of the energy with the new offset less that with the old one, of
-    /// what pressed before. What did not press a step ago, at whatever depth it is found now, had no energy:
-    /// `history` knows what there was.
+    /// What an offset that is raised in motion does to the energy. The kicks of velocity Verlet do half of the
+    /// work of this step with the force of the last evaluation and half with the present one. So the total changes
+    /// by the energy with the new offset less that with the old one, the mean of both positions, of all that pressed
+    /// before. What did not press a step ago had no energy, however deep it is found now: `history` says what there
+    /// was.
     double raised(const ContactPoint &cp, const ContactHistory &history, double old_offset) const
     {
       Penalty now{0.0, 0.0}, before{0.0, 0.0}, old_now{0.0, 0.0}, old_before{0.0, 0.0};
@@ -380,7 +380,7 @@ namespace {
       return 0.5 * (before.energy + now.energy) - had;
     }
 
-    /// Of the point against the nodes of its facets and of those that it presses on, or any that is
+    /// Largest speed of the point against the nodes of its facets and of those that it presses on, or any that is
     /// `enough`.
     double largest_speed(const ContactPoint &cp, double enough) const
     {
@@ -397,7 +397,7 @@ namespace {
       return std::sqrt(square);
     }
 
-    /// The overlap of this step against that of the last one and what motion can have made of it.
+    /// The overlap of this step, compared with that of the last one and what motion can have added to it.
     /// overlap: depth times area, of the part `share` of the area that presses; what has come at once is as much
     /// deeper everywhere. (No mean: patches that have no share may go with their elements.)
     void update_history(const ContactPoint &cp, ContactHistory &history, double overlap,
@@ -457,7 +457,7 @@ namespace {
       ContactHistory *history = memory.find(cp.atom, cp.part);
       if (active.empty()) {
         if (history && !a.energy_only) {
-          result.friction += history->stored;    // the spring is let go
+          result.friction += history->stored;    // the spring is released
           memory.drop(cp.atom, cp.part);
         }
         return;

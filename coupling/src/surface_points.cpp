@@ -56,7 +56,7 @@ void ContactPoints::find_points()
 {
   for (int i = 0; i < scene->particles.nlocal; i++) {
     if (part_of[i] == INT_MAX) continue;
-    // a patch reaches beyond its node's place by its own size at the most
+    // a patch reaches beyond its node by at most its own size
     double own = 0.0;
     unsigned looks = 0;
     for (int c = first_corner[i]; c < first_corner[i + 1]; c++) {
@@ -87,7 +87,7 @@ bool ContactPoints::joined(int node, const ContactFacet &facet) const
 }
 
 /* ----------------------------------------------------------------------
-   one of the node's facets looks against this one, or may do so before the next search
+   one of the node's facets faces this one, or may do so before the next search
 ------------------------------------------------------------------------- */
 
 bool ContactPoints::faces_it(int node, int facet) const
@@ -99,7 +99,7 @@ bool ContactPoints::faces_it(int node, int facet) const
 }
 
 /* ----------------------------------------------------------------------
-   a node beside an edge beyond which the surface goes on counts no farther than half a patch
+   beside an edge beyond which the surface goes on, a node counts up to half a patch away from it
 ------------------------------------------------------------------------- */
 
 bool ContactPoints::goes_on(const Point &p, const double *x, int k)
@@ -170,8 +170,8 @@ void ContactPoints::find_near()
 }
 
 /* ----------------------------------------------------------------------
-   points that follow each other in the list and are near each other, as neighbours in a mesh and the DEs of one
-   element are, look around together; returns the one behind the last
+   points that follow each other in the list and are close to each other, as neighbours in a mesh and the DEs of one
+   element are, are searched for together; returns the index behind the last one
 ------------------------------------------------------------------------- */
 
 int ContactPoints::group_from(int first)
@@ -239,7 +239,7 @@ void ContactPoints::find_near_group(int first, int last)
 }
 
 /* ----------------------------------------------------------------------
-   around one of these nodes there is a facet of list l that looks against it
+   around one of these nodes there is a facet of list l that faces it
 ------------------------------------------------------------------------- */
 
 bool ContactPoints::any_against(std::size_t l, int first, int last) const

@@ -115,7 +115,7 @@ std::vector<double> bounce(const Hit &hit, int steps, Particles *last = nullptr)
 }    // namespace
 
 // larger than the facets, about as large, and smaller
-TEST(Ball, Bounces)
+TEST(Ball, BouncesOfAnySizeWithoutLosingEnergy)
 {
   for (double radius : {8e-3, 2e-3, 0.5e-3}) {
     Hit hit;
@@ -224,7 +224,7 @@ TEST(Ball, SameOnAnyNumberOfRanks)
 }
 
 // A heavy field presses the ball on a block that stands: the contact carries its weight.
-TEST(Ball, Rests)
+TEST(Ball, RestsWithItsWeightCarried)
 {
   for (double radius : {5e-3, 0.5e-3}) {
     Hit hit;

@@ -120,7 +120,7 @@ TEST(Commands, RunZeroChangesNothing)
 }
 
 // Clocks go back or jump, in the middle of a crack: shields keep their age, damping its forces.
-TEST(Commands, ResetTimestep)
+TEST(Commands, ClocksGoBackOrJumpInTheMiddleOfACrack)
 {
   const Outcome &whole = straight(200, true);
   for (const long start : {0L, 1000000L}) {
@@ -402,7 +402,7 @@ double strained_energy(const Block &b, double strain)
 }    // namespace
 
 // displace_atoms strains what it displaces: the stress-free state is that of the mesh.
-TEST(Moving, DisplaceAtoms)
+TEST(Moving, DisplaceAtomsStrainsWhatItDisplaces)
 {
   for (const bool discrete : {false, true}) {
     Block block;
@@ -510,7 +510,7 @@ TEST(Moving, Velocity)
 }
 
 // A body strained by displace_atoms relaxes to nothing; with DEs minimisation is refused.
-TEST(Moving, Minimize)
+TEST(Moving, MinimizeRelaxesElementsAndIsRefusedWithDEs)
 {
   Block block;
   Lammps lmp;

@@ -256,7 +256,7 @@ std::vector<std::vector<double>> press(const std::string &base, double pressure,
 // nu = 0 and a smooth base. With a base of the same mesh the pressure is uniform to rounding. Where
 // the base goes on beyond the block, its nodes at the block's border stand for areas of which half
 // is not covered, and where its nodes lie elsewhere they push at other points: uniform roughly.
-TEST(SurfaceContact, UniformPressure)
+TEST(SurfaceContact, PressureOfAFlatBlockIsUniform)
 {
   const double pressure = 10e6, area = 64e-6;
   const struct {
@@ -357,7 +357,7 @@ constexpr double m = rho * d * d * d;    // mass of a cube d x d x d
 
 // Head-on: the velocity of separation is e times that of approach; the contact lasts half a period
 // of the spring kn = E d with the reduced mass, less or more for the damping.
-TEST(SphereContact, Restitution)
+TEST(SphereContact, RestitutionIsTheGivenOne)
 {
   for (const double e : {1.0, 0.7, 0.3}) {
     const double v = 3.0, dt = 1e-9;
@@ -379,7 +379,7 @@ TEST(SphereContact, Restitution)
 
 // Oblique with gross sliding (Chung and Ooi 2011, test 4, for two equal spheres): the tangential
 // impulse is mu times the normal one, whatever happens on the way.
-TEST(SphereContact, GrossSliding)
+TEST(SphereContact, TangentialImpulseIsFrictionTimesNormal)
 {
   const double mu = 0.15, e = 0.8;
   // the line of centres at contact is y; A comes along, steeply
@@ -409,7 +409,7 @@ TEST(SphereContact, GrossSliding)
 
 // A slow grazing collision sticks: the tangential spring gives part of the motion back, no friction
 // is lost if the coefficient is large.
-TEST(SphereContact, Sticking)
+TEST(SphereContact, StickingKeepsTheEnergy)
 {
   const double vn = 2.0, vt = 0.5, fly = 0.01 * d / vn;
   for (const std::string law : {"linear", "hertz"}) {
@@ -425,7 +425,7 @@ TEST(SphereContact, Sticking)
 
 // The duration of Hertz' collision, 2.87 (m^2/(R E*^2 v))^(1/5) with the reduced numbers, which depends on the speed;
 // and the restitution, which does not.
-TEST(SphereContact, Hertz)
+TEST(SphereContact, HertzCollisionLastsAsLongAsItShould)
 {
   for (const double v : {1.0, 8.0})
     for (const double e : {1.0, 0.5}) {
@@ -472,7 +472,7 @@ TEST(SphereContact, HertzOverARestart)
 }
 
 // Fragments of bonded spheres: damping takes energy out, and the ledger knows how much.
-TEST(SphereContact, FragmentsCollide)
+TEST(SphereContact, WhatFragmentsLoseIsInTheAccount)
 {
   Block block;
   block.n[0] = block.n[1] = block.n[2] = 2;

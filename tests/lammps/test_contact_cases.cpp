@@ -44,7 +44,7 @@ void expect_conserved(const Flight &f)
 
 // ---- bodies of one part ----
 
-TEST(OnePart, TwoBlocks)
+TEST(OnePart, TwoBlocksBounce)
 {
   double with_one = 0.0;
   for (const std::string other : {"glass", "pane"}) {
@@ -101,7 +101,7 @@ TEST(OnePart, NothingTunnels)
 }
 
 // A strip of one part, bent to a U, whose arms hit each other and part again.
-TEST(OnePart, BentStrip)
+TEST(OnePart, ArmsOfABentStripMeetAndPart)
 {
   for (const int layers : {1, 2}) {
     Scene s;
@@ -167,7 +167,7 @@ TEST(OnePart, DiscreteAgainstFinite)
 
 // ---- edges that cross ----
 
-TEST(Edges, TurnedCubes)
+TEST(Edges, TurnedCubesBounce)
 {
   for (const int n : {1, 2, 4})
     for (const double angle : {0.0, 20.0, 45.0}) {
@@ -188,7 +188,7 @@ TEST(Edges, TurnedCubes)
     }
 }
 
-TEST(Edges, CrossingRoofs)
+TEST(Edges, CrossingRoofsBounce)
 {
   for (const int n : {1, 2, 4})
     for (const double off : {0.0, 0.31e-3}) {

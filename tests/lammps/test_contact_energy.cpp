@@ -196,7 +196,7 @@ TEST(ContactFriction, BlockSlidesToRest)
 // A block, of finite elements or of DEs, flies obliquely against a plate that nothing holds: it slides all
 // the time, and the tangential impulse is mu times the normal one, against the motion. The account of
 // friction is of first order in the step: half a step of it is in or out at any moment.
-TEST(ContactFriction, ObliqueImpact)
+TEST(ContactFriction, TangentialImpulseIsFrictionTimesNormal)
 {
   for (const std::string convert : {"", "convert glass 1e12 type 4 group particles start all"}) {
     SCOPED_TRACE(convert);
@@ -297,7 +297,7 @@ TEST(ContactBall, BeginsWhereItTouches)
 }
 
 // The peak of its force does not depend on where it lands on the mesh.
-TEST(ContactBall, LandsAnywhere)
+TEST(ContactBall, PeakForceDoesNotDependOnThePlace)
 {
   for (const double R : {1.5e-3, 4e-3, 20e-3}) {
     SCOPED_TRACE(R);
@@ -323,7 +323,7 @@ TEST(ContactBall, LandsAnywhere)
 
 // A small ball that is pressed slowly on a fine mesh, with a stiff penalty: Hertz. The penalty is softer by its
 // own compliance, the block of 12 mm and the elements of half the radius of contact are stiffer.
-TEST(ContactBall, Hertz)
+TEST(ContactBall, SmallBallOnAFineMeshIsHertz)
 {
   const double R = 5e-3, deep = 5e-5, dt = 4e-9;
   const int press = 2500, rest = 500;

@@ -213,7 +213,7 @@ TEST(Overlap, BallIsNamed)
 
 // A ball that nothing can stop goes through: named once, with step and place, and counted; what that costs,
 // and what it gets as it leaves, is in entry 30, and so the total stays.
-TEST(LetThrough, FastBall)
+TEST(LetThrough, FastBallIsNamedOnceAndItsEnergyBooked)
 {
   Scene s;
   s.dt = 2e-10;    // with 1e-9 the energy is off by 4e-6 as it passes the face

@@ -26,18 +26,6 @@ namespace {
 // at the end of a sealed file: checksum and length, then what LAMMPS looks for
 constexpr size_t seal_size = 40, magic_size = sizeof(MAGIC_STRING);
 
-/// Number of ranks that write, and that read.
-std::vector<std::pair<int, int>> changes_of_ranks()
-{
-  switch (size_of(MPI_COMM_WORLD)) {
-    case 1:
-      return {{1, 1}};
-    case 2:
-      return {{2, 2}, {1, 2}, {2, 1}};
-  }
-  return {{4, 4}, {1, 4}, {4, 1}, {3, 2}, {2, 3}};
-}
-
 /// What a rank of the communicator gets.
 std::string from_first(std::string text, MPI_Comm comm)
 {

@@ -153,7 +153,7 @@ TEST(Decomposition, DiscreteElementsAndTies)
 
 // Ghosts are not farther away than elements are long; elements that become longer, up to three times
 // here, get more. A second run and a restart begin with long elements.
-TEST(Decomposition, StretchedRubber)
+TEST(Decomposition, GhostsFollowElementsThatBecomeLonger)
 {
   const std::string rubber =
       "fix fe all defe material rubber mooney 4e5 1e5 2e7 1100 part glass rubber\n";

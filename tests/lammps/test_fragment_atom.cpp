@@ -267,7 +267,7 @@ TEST(FragmentAtom, AcrossTheCornerOfFourRanks)
 
 // All the way through a body that falls to pieces, against a search on one rank in all records; also
 // cut in slices, in tiles, and with periodic borders that the body lies across.
-TEST(FragmentAtom, CrumblingBeam)
+TEST(FragmentAtom, PiecesAreThoseOfASearchOnOneRank)
 {
   const std::string np = std::to_string(size_of(MPI_COMM_WORLD));
   struct Way {

@@ -102,7 +102,7 @@ TEST(Vibration, RandomMotionKeepsShadowEnergy)
 
 // 8 turns about the shortest axis, at 300 m/s at the corners: strains of 1e-3, far from small
 // rotations. The block flies through the periodic box at the same time.
-TEST(Rotation, SpinningBlock)
+TEST(Rotation, SpinningBlockKeepsEnergyAndMomenta)
 {
   Block block;
   block.boundary = "p p p";
@@ -162,7 +162,7 @@ TEST(Rotation, SpinningBlock)
 
 // About the middle axis of inertia, a little off: it tumbles over, again and again. The angular
 // momentum keeps its direction while the block takes all orientations.
-TEST(Rotation, TumblingBlock)
+TEST(Rotation, TumblingBlockKeepsTheDirectionOfItsMomentum)
 {
   Block block;
   block.dt = 1e-7;

@@ -98,7 +98,7 @@ Block core()
 // Uniform strain: a joint carries P N, with P the first Piola-Kirchhoff stress and N the reference
 // normal: force over reference area. Under uniaxial strain eps that is (lambda + 2 mu) eps along it
 // and lambda eps across it.
-TEST(JointLocal, UniformStrain)
+TEST(JointLocal, TractionIsThatOfTheContinuum)
 {
   const Block block = core();
   const double eps = 1e-6;
@@ -161,7 +161,7 @@ TEST(JointLocal, UniformStrain)
 
 // Sheared elements: joints are not perpendicular to the faces that they cross; the whole traction is
 // that of the continuum all the same.
-TEST(JointLocal, SkewElements)
+TEST(JointLocal, TractionIsThatOfTheContinuumInSkewElements)
 {
   Block block = core();
   MeshFile mesh;
@@ -210,7 +210,7 @@ TEST(JointLocal, SkewElements)
 
 // A bar, stretched unevenly along its axis: through every section goes the force that the atoms on
 // one side of it feel, be it a section of joints or of ties.
-TEST(JointLocal, SectionForces)
+TEST(JointLocal, ForceThroughASectionIsThatOnOneSideOfIt)
 {
   Block block;
   block.nu = 0.0;

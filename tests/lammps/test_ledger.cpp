@@ -48,14 +48,14 @@ void free_block(const std::string &load, const std::string &start, const Vec3 &f
 }    // namespace
 
 // On a corner of the block, so that it turns and vibrates: 36 N on three nodes.
-TEST(Ledger, AddForce)
+TEST(Ledger, WorkOfAddForceIsBooked)
 {
   const std::string load = "group corner id 1 2 3\nfix push corner addforce 4 -2 8\n";
   free_block(load, "", Vec3(12.0, -6.0, 24.0), 2e-3);
 }
 
 // Gravity acts on nodes and DEs alike: g m, 2e5 m/s2.
-TEST(Ledger, Gravity)
+TEST(Ledger, WorkOfGravityIsBooked)
 {
   const std::string load = "fix fall all gravity 2e5 vector 0 -1 0\n";
   const Block block;
@@ -91,7 +91,7 @@ TEST(Ledger, SupportAtRestDoesNoWork)
 }
 
 // Viscous forces take out what they do: external work is negative, the total stays.
-TEST(Ledger, ViscousForces)
+TEST(Ledger, WorkOfViscousForcesIsBooked)
 {
   Block block;
   Lammps lmp;

@@ -143,7 +143,7 @@ TEST(DataFile, RoundTripOfTwoParts)
 
 // The same mesh read twice, with offsets for atom IDs and positions, is two bodies. (Elements need
 // IDs of their own: the second copy has another file.)
-TEST(DataFile, AppendedTwice)
+TEST(DataFile, ReadTwiceItIsTwoBodies)
 {
   MeshFile one, two;
   one.types = two.types = 3;
@@ -331,18 +331,6 @@ std::string next_of(const std::vector<long> &steps)
   return s + "100000000*(step>=" + std::to_string(last) + ")";
 }
 
-/// Number of ranks that write, and that read.
-std::vector<std::pair<int, int>> changes_of_ranks()
-{
-  switch (size_of(MPI_COMM_WORLD)) {
-    case 1:
-      return {{1, 1}};
-    case 2:
-      return {{2, 2}, {1, 2}, {2, 1}};
-  }
-  return {{4, 4}, {1, 4}, {4, 1}, {2, 4}, {3, 2}};
-}
-
 }    // namespace
 
 // Before anything converts, when an element is marked, when it converts, and in the middle of the
@@ -528,7 +516,7 @@ TEST(Restart, EventFileIsContinued)
 }
 
 // Elements that are left go to the data file and come back; of DEs it says what is lost.
-TEST(DataFile, AfterConversions)
+TEST(DataFile, ElementsThatAreLeftComeBack)
 {
   Block block = cracking_beam();
   std::map<int, std::vector<double>> left;
@@ -645,7 +633,7 @@ TEST(Restart, OfAnotherVersion)
 }
 
 // Viscoelastic elements remember their strain.
-TEST(Restart, ViscoelasticMemory)
+TEST(Restart, ViscoelasticElementsRememberTheirStrain)
 {
   Block block;
   std::string fix = "fix fe all defe material glass prony 2e9 1100 1e6 2 3e8 2e5 1e8 1e6\n";

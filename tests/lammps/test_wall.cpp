@@ -166,7 +166,7 @@ TEST(Wall, ConversionsOnTheFloor)
 }
 
 // Sliding: friction is mu times the push, its work is what the total loses of kinetic energy.
-TEST(Wall, Friction)
+TEST(Wall, FrictionIsItsCoefficientTimesThePush)
 {
   for (const std::string start : {"", " start all"}) {
     Drop drop;
@@ -192,7 +192,7 @@ TEST(Wall, Friction)
 }
 
 // A plane that is a face of a region is the same plane; round walls keep the energy, too.
-TEST(Wall, Regions)
+TEST(Wall, FaceOfARegionIsThePlane)
 {
   Drop drop;
   drop.turned = Vec3(0.3, 0.2, 0.0);
@@ -226,7 +226,7 @@ TEST(Wall, Regions)
 }
 
 // Bricks of a rigid material, moved by fix rigid: the stiffness is that of another part.
-TEST(Wall, RigidPart)
+TEST(Wall, RigidPartBounces)
 {
   Block block;
   block.lo[2] = 1e-9;
@@ -260,7 +260,7 @@ TEST(Wall, AnyNumberOfRanks)
 }
 
 // Friction depends on velocities half a step ago, which no restart file holds.
-TEST(Wall, Restart)
+TEST(Wall, GoesOnAfterARestart)
 {
   for (const bool rubs : {false, true}) {
     Drop drop;

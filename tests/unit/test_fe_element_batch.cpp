@@ -59,6 +59,16 @@ namespace {
     return ElementBatch(0, law, KernelChoice(law, X, rules));
   }
 
+  /// Of both elements.
+  ElementBatch batch_of(const MaterialLaw &law, const Pair &pair)
+  {
+    ElementBatch b = batch_of(law, pair.shape(0));
+    b.add(pair.first, nullptr);
+    b.add(pair.second, nullptr);
+    b.finish();
+    return b;
+  }
+
   TEST(ElementBatch, BoxesOfOneShapeAndPartShareAKernel)
   {
     const auto b = batch_of(*glass, box(1.0, 2.0, 3.0));
@@ -115,10 +125,7 @@ namespace {
   TEST(ElementBatch, ForcesEnergyAndBoundAreThoseOfTheKernel)
   {
     Pair pair;
-    auto b = batch_of(*glass, pair.shape(0));
-    b.add(pair.first, nullptr);
-    b.add(pair.second, nullptr);
-    b.finish();
+    auto b = batch_of(*glass, pair);
     ASSERT_EQ(b.size(), 2);
     EXPECT_EQ(b.bound(1), 0.0);
 
@@ -169,10 +176,7 @@ namespace {
   TEST(ElementBatch, AnElementThatIsInsideOutIsNamed)
   {
     Pair pair;
-    auto b = batch_of(*glass, pair.shape(0));
-    b.add(pair.first, nullptr);
-    b.add(pair.second, nullptr);
-    b.finish();
+    auto b = batch_of(*glass, pair);
     for (int a = 0; a < 8; a++) pair.x[8 + a].x() *= -1.0;
     std::vector<double> f(3 * 16, 0.0);
     EXPECT_EQ(b.forces(pair.x[0].data(), pair.X[0].data(), f.data(), {}).inverted, 1);
@@ -196,10 +200,7 @@ namespace {
   TEST(ElementBatch, LongestDiagonalUnlessItIsCertainlyShort)
   {
     Pair pair;
-    auto b = batch_of(*glass, pair.shape(0));
-    b.add(pair.first, nullptr);
-    b.add(pair.second, nullptr);
-    b.finish();
+    auto b = batch_of(*glass, pair);
     for (int a = 0; a < 8; a++) pair.x[8 + a] = 2.0 * pair.X[8 + a];
     const double *x = pair.x[0].data();
     EXPECT_DOUBLE_EQ(b.longest(x, 0.0, 0.0), 2.0 * std::sqrt(3.0));

@@ -376,19 +376,34 @@ TEST(Prony, WithoutTimeNothingAdvancesAndNothingChanges)
   EXPECT_EQ(s.dissipation, dissipation);
 }
 
+namespace {
+
+  /// Elements of any shape, deformed, with nodes of their own.
+  struct Separate {
+    std::vector<std::array<int, 8>> hexes;
+    std::vector<HexCoords> x, X;
+
+    Separate(int n, Random &random) : hexes(n), x(n), X(n)
+    {
+      for (int e = 0; e < n; ++e) {
+        for (int a = 0; a < 8; ++a) hexes[e][a] = 8 * e + a;
+        X[e] = random_hex(random);
+        x[e] = X[e] + random.matrix<HexCoords>(0.1);
+      }
+    }
+    const int (*nodes() const)[8] { return reinterpret_cast<const int(*)[8]>(hexes.data()); }
+  };
+
+}    // namespace
+
 TEST(Prony, ListsOfAnyLengthAndAnyOutputsAdvanceAlike)
 {
   const PronyKernel kernel(soft);
   Random random(11);
   for (int n : {1, 3, 8, 19}) {
-    std::vector<std::array<int, 8>> hexes(n);
-    std::vector<HexCoords> x(n), X(n);
-    for (int e = 0; e < n; ++e) {
-      for (int a = 0; a < 8; ++a) hexes[e][a] = 8 * e + a;
-      X[e] = random_hex(random);
-      x[e] = X[e] + random.matrix<HexCoords>(0.1);
-    }
-    const auto nodes = reinterpret_cast<const int(*)[8]>(hexes.data());
+    Separate elements(n, random);
+    std::vector<HexCoords> &x = elements.x, &X = elements.X;
+    const auto nodes = elements.nodes();
     Histories whole(kernel, n), pieces(kernel, n), all(kernel, n);
     std::vector<double> f(24 * n), f_pieces(24 * n), f_all(24 * n), energy(n), bound(n);
     double dissipation = 0.0, dissipation_pieces = 0.0, virial[6] = {};
@@ -426,14 +441,9 @@ TEST(Prony, LostElementsLeaveTheirNeighboursAlone)
   const PronyKernel kernel(soft);
   Random random(12);
   const int n = 11;
-  std::vector<std::array<int, 8>> hexes(n);
-  std::vector<HexCoords> x(n), X(n);
-  for (int e = 0; e < n; ++e) {
-    for (int a = 0; a < 8; ++a) hexes[e][a] = 8 * e + a;
-    X[e] = random_hex(random);
-    x[e] = X[e] + random.matrix<HexCoords>(0.1);
-  }
-  const auto nodes = reinterpret_cast<const int(*)[8]>(hexes.data());
+  Separate elements(n, random);
+  std::vector<HexCoords> &x = elements.x, &X = elements.X;
+  const auto nodes = elements.nodes();
   const auto run = [&](Histories &h, std::vector<double> &f, double &dissipation) {
     int inverted = 99;
     HexKernel::Output out = h.output(0.2);
