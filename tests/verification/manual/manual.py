@@ -1,0 +1,314 @@
+"""Runs the cases of the verification manual, prints a table of what comes out beside what is published, and writes a page
+with all plots: see tests/verify.sh. A case is a folder here with a README.md (problem, model, result, comparison, limits) and a
+case.py that has
+
+    TITLE       one line
+    ACCEPTANCE  list of Accept
+    run(s)      s: a Session. Returns {quantity: value} for the quantities of ACCEPTANCE
+"""
+
+import argparse
+import concurrent.futures
+import dataclasses
+import datetime
+import html
+import importlib.util
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[2]
+sys.path.insert(0, str(HERE))
+
+ENTRIES = ("elements converted des connective cohesive contact ties s1max e_elements e_joints e_ties e_cohesive e_contact "
+           "e_kinetic fracture released damping friction conv_strain conv_kinetic external total balance t_conversion "
+           "t_damage viscous softening_ties broken_ties").split()
+
+
+@dataclasses.dataclass
+class Accept:
+    """One figure to be held against: |value - target| <= tolerance, or low <= value <= high."""
+
+    quantity: str
+    source: str    # of the target
+    target: float = math.nan
+    tolerance: float = math.nan
+    low: float = -math.inf
+    high: float = math.inf
+    unit: str = ""
+    certain: bool = True    # False: the source is not certain; shown, does not fail
+    digits: int = 3
+
+    def bounds(self):
+        if math.isfinite(self.target) and math.isfinite(self.tolerance):
+            return self.target - self.tolerance, self.target + self.tolerance
+        return self.low, self.high
+
+    def published(self):
+        low, high = self.bounds()
+        if math.isfinite(self.target) and math.isfinite(self.tolerance):
+            return f"{number(self.target, self.digits)} +- {number(self.tolerance, self.digits)}"
+        if math.isfinite(low) and math.isfinite(high):
+            return f"{number(low, self.digits)} to {number(high, self.digits)}"
+        return f"below {number(high, self.digits)}" if math.isfinite(high) else f"above {number(low, self.digits)}"
+
+    def verdict(self, value):
+        low, high = self.bounds()
+        inside = value is not None and math.isfinite(value) and low <= value <= high
+        return "within" if inside else "not within"
+
+
+def number(value, digits=3):
+    return "-" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
+
+
+class Energies:
+    """A file of fix ave/time with fix defe's vector, by name."""
+
+    def __init__(self, file):
+        rows = [[float(w) for w in line.split()] for line in open(file) if not line.startswith("#")]
+        table = np.array(rows, ndmin=2)
+        self.step = table[:, 0]
+        for k, name in enumerate(ENTRIES):
+            setattr(self, name, table[:, 1 + k])
+
+    def rise(self):
+        """Largest rise of the total above an earlier value, over the largest of what was put in or was there."""
+        scale = max(np.abs(self.external).max(), np.abs(self.total).max(), (self.e_kinetic + self.e_elements + self.e_joints).max())
+        return float((self.total - np.minimum.accumulate(self.total)).max() / scale)
+
+    def drift(self):
+        """Largest deviation of the balance, which should be constant, over the same."""
+        scale = max(np.abs(self.external).max(), np.abs(self.total).max(), (self.e_kinetic + self.e_elements + self.e_joints).max())
+        return float(np.abs(self.balance - self.balance[0]).max() / scale)
+
+
+class Session:
+    """What a case runs with: LAMMPS, its folder of results, and what it shows."""
+
+    def __init__(self, name, options):
+        self.name, self.options, self.fine = name, options, options.fine
+        self.folder = HERE / name
+        self.out = options.out / name
+        self.out.mkdir(parents=True, exist_ok=True)
+        for old in self.out.iterdir():
+            if old.is_file():
+                old.unlink()
+        self.shown = []    # (kind, ...) in the order of the page
+        self.loops = {}
+
+    def path(self, name):
+        return self.out / name
+
+    def lammps(self, script, name, **variables):
+        """Runs it in the folder of results; the files that it writes begin with `name`."""
+        o = self.options
+        command = [o.lmp, "-in", str((self.folder / script).resolve()), "-log", name + ".log", "-screen", "none", "-nocite", "-var",
+                   "out", name]
+        for key, value in variables.items():
+            command += ["-var", key, f"{value:.12g}" if isinstance(value, float) else str(value)]
+        environment = dict(os.environ, OMP_NUM_THREADS="1")
+        old = os.environ.get("LD_LIBRARY_PATH")
+        environment["LD_LIBRARY_PATH"] = str(o.plugin) + (":" + old if old else "")
+        done = subprocess.run(command, cwd=self.out, env=environment, stdin=subprocess.DEVNULL)
+        log = self.path(name + ".log").read_text()
+        if done.returncode:
+            errors = [line for line in log.splitlines() if line.startswith("ERROR")]
+            raise RuntimeError(f"LAMMPS failed in {self.name}: {errors[0] if errors else name + '.log'}")
+        self.loops[name] = sum(float(t) for t in re.findall(r"^Loop time of (\S+)", log, re.M))
+
+    def all(self, function, items):
+        """function(item) for all items, as many at a time as there are cores."""
+        with concurrent.futures.ThreadPoolExecutor(self.options.jobs) as pool:
+            return list(pool.map(function, items))
+
+    def energies(self, name):
+        return Energies(self.path(name + ".energies"))
+
+    def text(self, words):
+        self.shown.append(("text", words))
+
+    def table(self, title, rows):
+        """First row: heads."""
+        self.shown.append(("table", title, [[str(c) for c in row] for row in rows]))
+
+    def figure(self, figure, name, caption):
+        figure.savefig(self.path(name + ".png"), dpi=100)
+        plt.close(figure)
+        self.shown.append(("figure", f"{self.name}/{name}.png", caption))
+
+    def plot_energies(self, name, dt, title):
+        """Energies of one run over time."""
+        e = self.energies(name)
+        t = e.step * dt * 1e6
+        figure, ax = plt.subplots(figsize=(6, 3.4))
+        ax.plot(t, e.external, label="work of loads")
+        ax.plot(t, e.e_kinetic, label="kinetic")
+        ax.plot(t, e.e_elements + e.e_joints + e.e_ties + e.e_cohesive + e.e_contact, label="stored")
+        ax.plot(t, e.fracture + e.released, label="fracture")
+        ax.plot(t, e.total, color="k", lw=0.8, label="total less work of loads")
+        ax.set(xlabel="time (us)", ylabel="energy (J)")
+        ax.legend(fontsize=7)
+        ax.set_title(title, fontsize=9)
+        figure.tight_layout()
+        self.figure(figure, "energies_" + name, f"{title}: energies. The total rises by at most {100 * e.rise():.2g} % of what was put in; "
+                    f"the balance is constant within {100 * e.drift():.2g} %.")
+
+
+def load(name):
+    spec = importlib.util.spec_from_file_location("case_" + name, HERE / name / "case.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def cases():
+    return sorted(p.parent.name for p in HERE.glob("*/case.py"))
+
+
+def judge(module, values):
+    rows = []
+    for a in module.ACCEPTANCE:
+        value = values.get(a.quantity)
+        rows.append({"quantity": a.quantity, "unit": a.unit, "here": value, "published": a.published(), "verdict": a.verdict(value),
+                     "source": a.source, "certain": a.certain, "digits": a.digits})
+    return rows
+
+
+def print_table(results):
+    head = ["case", "quantity", "here", "published", "", "source"]
+    rows = [head]
+    for name, r in results.items():
+        for row in r["rows"]:
+            unit = f" ({row['unit']})" if row["unit"] else ""
+            rows.append([name, row["quantity"] + unit, number(row["here"], row["digits"]), row["published"],
+                         row["verdict"] + ("" if row["certain"] else " (source not certain)"), row["source"]])
+    widths = [max(len(r[k]) for r in rows) for k in range(len(head) - 1)]
+    for r in rows:
+        print("  ".join([c.ljust(w) for c, w in zip(r, widths)] + [r[-1]]))
+
+
+# ---- the page ----
+
+STYLE = ("body{font:15px/1.45 sans-serif;max-width:60em;margin:2em auto;padding:0 1em}table{border-collapse:collapse;margin:.8em 0}"
+         "td,th{border:1px solid #ccc;padding:.25em .6em;text-align:left;font-size:13px}th{background:#eee}img{max-width:100%}"
+         ".no{background:#fdd}.open{background:#ffd}figcaption{font-size:13px;color:#444}figure{margin:1em 0}")
+
+
+def inline(words):
+    words = html.escape(words)
+    words = re.sub(r"`([^`]+)`", r"<code>\1</code>", words)
+    return re.sub(r"\*\*([^*]+)\*\*", r"<b>\1</b>", words)
+
+
+def markdown(text):
+    """Of a case's README.md: headings, paragraphs, lists."""
+    out = []
+    for block in re.split(r"\n\s*\n", text.strip()):
+        if block.startswith("#"):
+            level = len(block) - len(block.lstrip("#"))
+            head, _, rest = block.partition("\n")
+            out.append(f"<h{level + 1}>{inline(head.lstrip('# '))}</h{level + 1}>")
+            block = rest
+        if not block.strip():
+            continue
+        if block.lstrip().startswith("* "):
+            items = re.split(r"\n\* ", "\n" + block.strip())[1:]
+            out.append("<ul>" + "".join(f"<li>{inline(' '.join(i.split()))}</li>" for i in items) + "</ul>")
+        else:
+            out.append(f"<p>{inline(' '.join(block.split()))}</p>")
+    return "\n".join(out)
+
+
+def html_table(rows, classes=None):
+    body = []
+    for k, row in enumerate(rows):
+        tag = "th" if k == 0 else "td"
+        kind = f' class="{classes[k]}"' if classes and classes[k] else ""
+        body.append(f"<tr{kind}>" + "".join(f"<{tag}>{inline(c)}</{tag}>" for c in row) + "</tr>")
+    return "<table>" + "".join(body) + "</table>"
+
+
+def acceptance_table(rows):
+    table, classes = [["quantity", "here", "published", "", "source"]], [""]
+    for r in rows:
+        unit = f" ({r['unit']})" if r["unit"] else ""
+        table.append([r["quantity"] + unit, number(r["here"], r["digits"]), r["published"],
+                      r["verdict"] + ("" if r["certain"] else ", source not certain"), r["source"]])
+        classes.append("" if r["verdict"] == "within" else "no" if r["certain"] else "open")
+    return html_table(table, classes)
+
+
+def page(results, out):
+    parts = [f"<!doctype html><meta charset='utf-8'><title>DEFE: verification</title><style>{STYLE}</style>",
+             "<h1>DEFE held against published results</h1>",
+             f"<p>Made by <code>tests/verify.sh</code> on {datetime.date.today().isoformat()}. Red: not within the published figure; "
+             "yellow: nor is the source certain.</p>"]
+    for name, r in results.items():
+        parts.append(f"<h2 id='{name}'>{html.escape(r['title'])}</h2>")
+        parts.append(markdown(re.sub(r"\A# .*\n", "", (HERE / name / "README.md").read_text())))
+        parts.append(acceptance_table(r["rows"]))
+        for kind, *what in r["shown"]:
+            if kind == "text":
+                parts.append(f"<p>{inline(what[0])}</p>")
+            elif kind == "table":
+                parts.append(f"<p>{inline(what[0])}</p>" + html_table(what[1]))
+            else:
+                parts.append(f"<figure><img src='{what[0]}' alt=''><figcaption>{inline(what[1])}</figcaption></figure>")
+        parts.append(f"<p>{r['seconds']:.0f} s on {os.cpu_count()} cores.</p>")
+    (out / "index.html").write_text("\n".join(parts) + "\n")
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--lmp", required=True)
+    parser.add_argument("--plugin", required=True, help="folder of defeplugin.so")
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--fine", action="store_true", help="finer meshes, may take an hour")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at the same time")
+    parser.add_argument("--list", action="store_true")
+    parser.add_argument("case", nargs="*")
+    options = parser.parse_args()
+    if options.list:
+        for name in cases():
+            print(f"{name:24} {load(name).TITLE}")
+        return 0
+    unknown = [c for c in options.case if c not in cases()]
+    if unknown:
+        sys.exit(f"verify: no case '{unknown[0]}': {', '.join(cases())}")
+    options.out = options.out.resolve()
+    options.out.mkdir(parents=True, exist_ok=True)
+    results, failed = {}, []
+    for name in options.case or cases():
+        module = load(name)
+        print(f"verify: {name}: {module.TITLE}", file=sys.stderr, flush=True)
+        start = time.time()
+        session = Session(name, options)
+        values = module.run(session)
+        results[name] = {"title": module.TITLE, "rows": judge(module, values), "shown": session.shown, "seconds": time.time() - start,
+                         "loop_seconds": session.loops}
+        failed += [f"{name}: {r['quantity']}" for r in results[name]["rows"] if r["certain"] and r["verdict"] != "within"]
+    print_table(results)
+    page(results, options.out)
+    (options.out / "results.json").write_text(json.dumps({n: {k: v for k, v in r.items() if k != "shown"} for n, r in results.items()},
+                                                         indent=1, default=float) + "\n")
+    print(f"\nThe page with all plots: {options.out / 'index.html'}")
+    for f in failed:
+        print(f"not within: {f}")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

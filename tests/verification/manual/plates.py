@@ -1,0 +1,133 @@
+"""Notched plates under a sudden traction on their long edges, or struck at one: meshes, loads, and what the event file
+says about their cracks. SI units, the crack runs along x in the plane z = 0."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "cracks"))
+from mesh import Events, Mesh, turned  # noqa: E402
+
+
+class NotchedPlate:
+    """A plate of elements of edge h, one through the thickness, and what is left of it beside the notch.
+
+    The notch is sharp, a cut along y = 0: nodes left of its end are doubled. In a turned lattice the elements that it crosses
+    are left out. Elements whose centres lie within `band` of the long edges do not convert (part 'edge'): traction is put on
+    their nodes, by their share of the band's volume, so that it is the same on any mesh.
+    lattice: 0 or 45, its angle in degrees; moved: nodes at random by up to this share of h."""
+
+    def __init__(self, length, height, thickness, notch, h, lattice=0.0, moved=0.0, band=None):
+        self.length, self.height, self.thickness, self.notch, self.h = length, height, thickness, notch, h
+        self.band = band or 2.0 * h
+        half, tip = np.array([length / 2, height / 2]), notch - length / 2
+        turn = turned(lattice)
+        crossed = 0.49 * h * (abs(turn[1, 0]) + abs(turn[1, 1]))
+
+        def inside(c):
+            plate = (np.abs(c[:, 0]) < half[0]) & (np.abs(c[:, 1]) < half[1]) & (np.abs(c[:, 2]) < thickness / 2)
+            return plate & ~((c[:, 0] < tip) & (np.abs(c[:, 1]) < crossed - moved * 0.2 * h))
+
+        self.mesh = Mesh([h, h, thickness], turn, inside, np.append(half + 2 * h, thickness), moved, shift=(0.5, 0.5, 0.0))
+        self.cut(tip - (0.01 + moved) * h)
+        self.held = np.abs(self.mesh.centre[:, 1]) > half[1] - self.band
+
+    def cut(self, tip):
+        """Doubles the nodes that elements above and below share, left of the end of the notch."""
+        m = self.mesh
+        lower = m.centre[:, 1] < 0.0
+        both = np.intersect1d(m.hex[lower], m.hex[~lower])
+        both = both[m.X[both, 0] < tip]
+        copy = np.arange(len(m.X))
+        copy[both] = len(m.X) + np.arange(len(both))
+        m.X = np.concatenate([m.X, m.X[both]])
+        m.hex[lower] = copy[m.hex[lower]]
+
+    def volumes(self):
+        """Of the elements: those of boxes, which random moves leave as they are in the mean."""
+        return np.full(len(self.mesh.hex), self.h * self.h * self.thickness)
+
+    def write(self, file):
+        self.mesh.write(file, 3, np.where(self.held, "edge", "body"), self.held)
+
+    def write_traction(self, file):
+        """Per node the force along y of a traction of 1 Pa that draws the long edges apart; a LAMMPS atomfile."""
+        force = np.zeros(len(self.mesh.X))
+        volume = self.volumes()
+        for sign in (1.0, -1.0):
+            side = self.held & (sign * self.mesh.centre[:, 1] > 0.0)
+            share = np.zeros(len(self.mesh.X))
+            np.add.at(share, self.mesh.hex[side].ravel(), np.repeat(volume[side] / 8.0, 8))
+            force += sign * self.length * self.thickness * share / share.sum()
+        loaded = np.flatnonzero(force)
+        with open(file, "w") as out:
+            out.write(f"# force along y of a traction of 1 Pa\n{len(loaded)}\n")
+            for k in loaded:
+                out.write(f"{k + 1} {force[k]:.12g}\n")
+
+    def box(self):
+        lo, hi = 1.5 * self.mesh.X.min(axis=0) - 0.01, 1.5 * self.mesh.X.max(axis=0) + 0.01
+        return {f"{c}{e}": float(v) for k, c in enumerate("xyz") for e, v in (("lo", lo[k]), ("hi", hi[k]))}
+
+
+class Crack:
+    """What the event file of a plate says. Lengths in m from the end of the notch, times in s."""
+
+    def __init__(self, events, tip, spacing):
+        self.d = spacing
+        self.broken, self.converted = Events(events, "broken"), Events(events, "convert")
+        self.started = Events(events, "cohesive")
+        self.x = self.broken.x - [tip, 0.0, 0.0]
+
+    def start(self):
+        """Time of the first joint that breaks."""
+        return float(self.broken.time.min()) if len(self.broken) else np.nan
+
+    def farthest(self):
+        order = np.argsort(self.broken.step, kind="stable")
+        return self.broken.time[order], np.maximum.accumulate(self.x[order, 0]) if len(order) else np.array([])
+
+    def speed(self, x1, x2):
+        """Mean over this way, m/s."""
+        t, x = self.farthest()
+        if len(x) == 0 or x[-1] < x2:
+            return np.nan
+        return (x2 - x1) / (t[np.searchsorted(x, x2)] - t[np.searchsorted(x, x1)])
+
+    def arms(self, at, apart=4.0):
+        """Cracks that cross the line x = at: broken joints that are `apart` spacings from each other along y."""
+        y = np.sort(self.x[np.abs(self.x[:, 0] - at) < 2.0 * self.d, 1])
+        return 0 if len(y) == 0 else 1 + int((np.diff(y) > apart * self.d).sum())
+
+    def branching(self, until, apart=4.0):
+        """Where (x, time) two arms stay apart from then on over 8 spacings; nan if nowhere up to `until`."""
+        step = 2.0 * self.d
+        at = np.arange(step, until, step)
+        two = [self.arms(x, apart) >= 2 for x in at]
+        for k in range(len(at) - 4):
+            if all(two[k:k + 4]):
+                near = np.abs(self.x[:, 0] - at[k]) < 2.0 * self.d
+                return float(at[k]), float(self.broken.time[near].min())
+        return np.nan, np.nan
+
+    def angle(self, x1, x2):
+        """Mean direction in degrees of the broken joints with x1 < x < x2 (straight line through them)."""
+        inside = (self.x[:, 0] > x1) & (self.x[:, 0] < x2)
+        if inside.sum() < 5:
+            return np.nan
+        k = np.polyfit(self.x[inside, 0], self.x[inside, 1], 1)[0]
+        return float(np.degrees(np.arctan(k)))
+
+
+def draw(ax, plate, crack, title, colour="#1f4e9c"):
+    """Converted elements grey, broken joints in colour, mm."""
+    c = crack.converted.x * 1e3
+    ax.scatter(c[:, 0], c[:, 1], s=4, marker="s", color="0.85", zorder=0, linewidths=0)
+    x = crack.broken.x * 1e3
+    ax.scatter(x[:, 0], x[:, 1], s=1.5, color=colour, linewidths=0)
+    half = np.array([plate.length, plate.height]) * 500
+    ax.plot([-half[0], -half[0] + plate.notch * 1e3], [0, 0], color="k", lw=1.5)
+    ax.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect="equal")
+    ax.set_title(title, fontsize=8)
+    ax.tick_params(labelsize=7)
