@@ -18,11 +18,11 @@ class DefeAccount : protected DefeComponent {
  public:
   /** What restart files keep. */
   struct State {
-    double conversion, damage;    // times of the first ones
+    double conversion, damage;    // times of the first of either kind
   };
 
   using DefeComponent::DefeComponent;
-  /** Of this step, computed once; collective. */
+  /** The values of this step, computed once; collective. */
   const defe::EntryValues &values();
   double scalar();    // elastic energy of elements and surface contact
   void forget() { step = -1; }

@@ -35,9 +35,9 @@ class DefeCensus : protected DefeComponent {
   void weigh_nodes();
   void convert(bigint elements, bigint nodes_gone);
   void let_go(double mass);
-  /** After atoms were deleted, maybe: false if there are as many as before; collective. */
+  /** Atoms may have been deleted: false if there are as many as before; collective. */
   bool recount();
-  /** Those that are here against those that should be; collective. */
+  /** Compares the numbers that are here with those that should be; collective. */
   void check(const char *when) const;
 
   void pack(State &) const;    // collective

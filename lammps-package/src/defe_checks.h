@@ -17,7 +17,7 @@ namespace LAMMPS_NS {
 class Fix;
 struct DefePart;
 
-/** What other commands have set up, before a run: what would make results wrong is refused. */
+/** Checks before a run what other commands have set up, and refuses what would make results wrong. */
 class DefeChecks : protected DefeComponent {
  public:
   using DefeComponent::DefeComponent;
@@ -28,7 +28,7 @@ class DefeChecks : protected DefeComponent {
 
   void time_step(bool changed);
   bool step_changed() const;
-  /** What a minimiser may have to do with an element that is lost or inside out. */
+  /** How a minimiser may have caused an element that is lost or inside out. */
   std::string minimizer_hint() const;
   /** Largest radius of the spheres of this type that fixes are going to insert. */
   double radius_to_come(int type) const;

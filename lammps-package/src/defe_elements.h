@@ -48,8 +48,8 @@ class DefeElements : protected DefeComponent {
   void look_at_histories();
 
   void build();             // with the neighbour lists
-  void forget();            // local indices are void
-  void forget_kernels();    // and elements look theirs up again
+  void forget();            // local indices are invalid
+  void forget_kernels();    // elements look theirs up again
 
   bool local_hex(const HexRecord &, int anchor, int *idx) const;
   /** Current and reference coordinates of the nodes of an element, from local indices. */

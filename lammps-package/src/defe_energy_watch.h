@@ -19,7 +19,7 @@ class DefeEnergyWatch : protected DefeComponent {
   using DefeComponent::DefeComponent;
   void prepare();    // before a run: can its balance be watched?
   void begin();      // the first step, before anything moves
-  void look();       // numbers that are none, energy from nowhere; collective
+  void look();       // entries that are not numbers, energy from nowhere; collective
 
  private:
   bool on = false, balance_known = false, told = false;

@@ -26,7 +26,7 @@ class DefeMessage {
   virtual void unpack_reverse(int /*n*/, const int * /*list*/, const double * /*buf*/) {}
 };
 
-/** Ghosts, no farther away than elements, joints and contacts need them; and messages to them. */
+/** Ghosts, only as far away as elements, joints and contacts need them; and messages to them. */
 class DefeGhosts : protected DefeComponent {
  public:
   using DefeComponent::DefeComponent;
@@ -47,17 +47,18 @@ class DefeGhosts : protected DefeComponent {
   double reach() const;
   /** More ghosts from the next exchange on, if elements have become longer or there are DEs now. */
   void provide(double longest);
-  /** Elements this long are certainly provided for. */
+  /** The ghost cutoff is certainly enough for elements of this length. */
   double provided() const;
   double largest_ball() const { return largest_ball_; }
 
   void make_for_setup();
   void find_all_nodes();
-  /** Fresh positions and velocities: LAMMPS does not send them on a reneighbouring step. */
+  /** Current positions and velocities: LAMMPS does not send them on a reneighbouring step. */
   void update_positions();
 
  private:
-  double longest_provided = 0.0;    // distance between nodes of an element that they are enough for
+  double longest_provided =
+      0.0;    // distance between nodes of an element that the cutoff is enough for
   double largest_ball_ = 0.0;
   DefeMessage *message = nullptr;
 

@@ -34,13 +34,13 @@ class DefeKept : protected DefeComponent, public DefeField {
   bool running() const { return running_; }    // between the first step of a run and its end
   void begin_run();    // the first step of one, for which there may have been no setup
   void end_run() { running_ = false; }
-  /** LAMMPS was initialized, which sends atoms around. */
+  /** LAMMPS was initialized, which may move atoms to other ranks. */
   void initialized() { needs_setup = true; }
   void set_up() { needs_setup = false; }
-  /** The clock was put to `step`. */
+  /** The clock was set to `step`. */
   void follow(bigint last_step, bigint step);
 
-  /** Of what the script says about forces. */
+  /** Checksum of the settings that forces depend on. */
   uint64_t laws() const;
 
   void pack(State &s) const { s = now; }

@@ -29,18 +29,18 @@ class DefeMarks : protected DefeComponent {
   explicit DefeMarks(DefeSystem &);
   ~DefeMarks() override;
 
-  /** The elements were evaluated in this step: what they and the cracks before them want is taken down. */
+  /** The elements were evaluated in this step: marks those that are above their criterion or that cracks ask for. */
   void mark();
-  /** Before a run: anew, or what was marked at the last evaluation. */
+  /** Before a run: marks them anew, or restores what was marked at the last evaluation. */
   void begin_run();
-  /** All have moved: does any rank have marked elements? */
+  /** After all atoms have moved: does any rank have marked elements? */
   void answer();
   void end_run();
   bool any();    // marked, of any rank
 
   bool due() const;    // in this step
   void done();         // they convert now
-  /** The clock was put forward by so many steps. */
+  /** The clock was set forward by so many steps. */
   void follow(bigint steps);
 
   // most that goes per atom
@@ -73,11 +73,11 @@ class DefeMarks : protected DefeComponent {
   void note_jump(tagint id, double ratio);
   void report_jump();
 
-  /** Elements that cracks want to enter, told by the DEs before them. */
+  /** Elements that cracks want to enter, as the DEs in front of them say. */
   class Asked : public DefeMessage {
    public:
     std::unordered_map<int, std::vector<tagint>> at;    // by DE atom
-    std::unordered_set<tagint> known;                   // what this rank knows of
+    std::unordered_set<tagint> known;                   // those that this rank knows of
     int pack_forward(int n, const int *list, const double *shift, double *buf) override;
     void unpack_forward(int n, int first, const double *buf) override;
   } asked;

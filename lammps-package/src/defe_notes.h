@@ -14,7 +14,7 @@
 
 namespace LAMMPS_NS {
 
-/** Notes at the first run: what is allowed, but hardly what was meant. One line each, once. */
+/** Notes at the first run: what is allowed, but probably not intended. One line each, once. */
 class DefeNotes : protected DefeComponent {
  public:
   using DefeComponent::DefeComponent;

@@ -18,7 +18,7 @@
 
 namespace LAMMPS_NS {
 
-/** Of restart files; another one whenever what DEFE writes into them changes. */
+/** Of restart files; to be raised whenever what DEFE writes into them changes. */
 constexpr char RESTART_FORMAT[8] = "DEFE 15";
 
 /** What travels with an element: it is kept by the atom that is its first node. */
@@ -85,7 +85,7 @@ struct FaceContact : defe::ContactHistory {
 
 /** Contact of two spheres, as one of them sees it; of a DE and a ball only the DE. Plain data. */
 struct SphereContact {
-  bigint other;       // ID of the other one; no gap behind it, which would go into files unset
+  bigint other;       // ID of the other one; no padding behind it, which would go into files unset
   double shear[3];    // tangential displacement, of this one against the other
   // with a ball
   double offset;    // overlap that pushes nothing
@@ -99,7 +99,8 @@ struct AtomContacts {
   std::vector<FaceContact> faces;
   std::vector<SphereContact> spheres;
   std::vector<JointCrack> cracks;    // of the DE's joints
-  bool fresh = false;    // of a DE that was just born: it takes over the contact of its element
+  bool fresh =
+      false;    // of a DE of this step's conversion: it takes over the contact of its element
 };
 
 /// Records of elements and DEs are scattered in memory: prefetched, several are loaded at a time.

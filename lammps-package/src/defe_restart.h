@@ -38,7 +38,7 @@ class DefeRestart : protected DefeComponent {
   bigint step = -1;    // of the file that was read
   int largest_ = 0;    // of the record of any atom on any rank
   struct Read {
-    bool unchecked = false;    // a file was read, and check() is to come
+    bool unchecked = false;    // a file was read, and check() has not run yet
     bigint records_of_file = 0;
     uint64_t sum_of_file = 0;
     bigint records = 0, damaged = 0, other_steps = 0, other_step = -1;    // this rank

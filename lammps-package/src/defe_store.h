@@ -19,7 +19,7 @@ namespace LAMMPS_NS {
 class DefeField {
  public:
   virtual void grow(int n) = 0;
-  /** LAMMPS copies only to move: what was there at `from` is dead afterwards. */
+  /** LAMMPS copies only to move: what is at `from` is not used any more. */
   virtual void move(int from, int to) = 0;
   virtual int size(int i) const = 0;
   virtual int pack(int i, double *buf) const = 0;
@@ -45,7 +45,7 @@ class DefeStore : protected DefeComponent {
   ~DefeStore() override;
   void add_field(DefeField *);
 
-  /** Reference position, never wrapped; and in the periodic frame that x is in now. */
+  /** Reference position, never wrapped; and in the periodic frame of the current x. */
   double *x_ref(int i) const { return frames.ref[i]; }
   double *x_frame(int i) const { return frames.now[i]; }
   void set_reference(int i, const double *x);
@@ -57,7 +57,7 @@ class DefeStore : protected DefeComponent {
   std::vector<HexRecord> &hexes(int i) { return elements.of[i]; }
   const std::vector<HexRecord> &hexes(int i) const { return elements.of[i]; }
 
-  /** Null: it is none. */
+  /** Null: it is not a DE. */
   DERecord *de(int i) const { return des.of[i].get(); }
   void set_de(int i, const DERecord &r) { des.of[i] = std::make_unique<DERecord>(r); }
   bool is_loose(int i) const;    // a DE that nothing holds
@@ -70,9 +70,9 @@ class DefeStore : protected DefeComponent {
 
   void grow(int n);
   void move(int from, int to);
-  /** Of an atom that is new. */
+  /** For a new atom. */
   void clear(int i);
-  /** Of one that has gone without another in its place. */
+  /** For one that is gone, and whose place no other atom has taken. */
   void forget(int i);
 
   // the record of one atom, with its size at the front
@@ -135,7 +135,8 @@ class DefeStore : protected DefeComponent {
   std::vector<DefeField *> fields;
 
   bool reading = false;
-  std::vector<char> just_read;    // by atom: its elements came with the data file that is read
+  std::vector<char>
+      just_read;    // by atom: its elements came with the data file that is being read
 };
 
 }    // namespace LAMMPS_NS

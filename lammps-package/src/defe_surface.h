@@ -28,7 +28,7 @@ class DefeSurface : protected DefeComponent {
   ~DefeSurface() override;
 
   void build();     // with the neighbour lists
-  void forget();    // local indices are void
+  void forget();    // local indices are invalid
   /** Onto owned and ghost atoms; adds to the virial if there is one. */
   void forces(double *virial);
   double energy() const { return energy_; }    // at the last force evaluation, this rank
@@ -50,7 +50,7 @@ class DefeSurface : protected DefeComponent {
       change at a conversion. 0 if there is no contact of surfaces. */
   double ball_stiffness(int part, int i) const;
 
-  /** What contacts have met since the last report, each kind said once; collective. */
+  /** What contacts have met since the last report, each kind reported once; collective. */
   void report();
   bigint let_through() const { return through_total; }
 
@@ -62,10 +62,10 @@ class DefeSurface : protected DefeComponent {
   defe::SurfaceTables tables;
   std::unique_ptr<DefeSurfaceSearch> search;
   std::vector<std::array<int, 4>> facet_nodes;    // of its facets, closely packed
-  bool planes_fresh = false;                      // they are of the positions now
+  bool planes_fresh = false;                      // they belong to the current positions
   bool to_book = false;      // a conversion waits for the contact energy of its DEs
-  std::vector<int> fresh;    // owned DEs that were just born
-  // owned atoms that may have contacts: most points have none, and to ask each of their records costs as much as
+  std::vector<int> fresh;    // owned DEs of this step's conversion
+  // owned atoms that may have contacts: most points have none, and looking up the record of each costs as much as
   // all the rest
   std::vector<char> met;
   double energy_ = 0.0;
@@ -81,7 +81,7 @@ class DefeSurface : protected DefeComponent {
   bigint overlaps = 0;    // contacts that began overlapped, before the first step
   double overlap_depth = 0.0;
   tagint overlap_tag = 0;
-  bool balls_placed = false;    // what they overlap now, motion has made
+  bool balls_placed = false;    // their overlaps from now on come from motion
   // of balls that begin in a face, the deepest one also by its radius
   double ball_depth = 0.0, ball_energy = 0.0, ball_share = 0.0;
   tagint ball_tag = 0;

@@ -50,11 +50,11 @@ struct DefeSystem {
 
   /** That of a fix; null if it has none. */
   static DefeSystem *of(Fix *);
-  /** The one that there is, null if there is none. */
+  /** The only one, null if there is none. */
   static DefeSystem *find(LAMMPS *);
 
   LAMMPS *const lmp;
-  Fix *const host;    // as LAMMPS knows it: ID, group, communication
+  Fix *const host;    // the fix as LAMMPS knows it: ID, group, communication
 
   DefeModel model;    // of the script
   DefeClock clock;

@@ -13,7 +13,7 @@
 
 namespace LAMMPS_NS {
 
-/** Looks out for atoms that move in a way that nothing physical does. */
+/** Watches for atoms that move in a way that nothing physical does. */
 class DefeWatch : protected DefeComponent {
  public:
   using DefeComponent::DefeComponent;

@@ -18,14 +18,14 @@ class DefeWork : protected DefeComponent {
  public:
   using DefeComponent::DefeComponent;
 
-  /** Does this atom count in the kinetic energy of the account, and what others do to it in their work?
+  /** Does this atom count in the kinetic energy of the account, and the work of other fixes on it as external work?
       Balls do if they are in the group and meet anything of ours. */
   bool in_account(int i) const;
   double kinetic_energy(int i) const;
 
   void find_forced_groups();
   void list_forced();    // with the neighbour lists
-  /** All forces are ours so far. */
+  /** Up to here all forces are those of DEFE. */
   void keep_internal();
   /** True if it is the first one after a setup. */
   bool begin_step();
@@ -33,7 +33,7 @@ class DefeWork : protected DefeComponent {
   void first_half();
   void second_half();
   void after_setup() { setup = true; }
-  /** A setup came last: this is the first step, or none at all. */
+  /** A setup came last: this is the first step of a run, or there is none yet. */
   bool after_setup_only() const { return setup; }
 
   /** Owned atoms that other fixes may put forces on, and of the q-th one force and torque before that. */
