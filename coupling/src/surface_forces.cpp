@@ -408,7 +408,7 @@ namespace {
       const double depth = overlap / area;
       double allowed = history.overlap + 1e-6 * area * t.facets[active.begin()->facet].half_xi;
       if (a.minimizing) allowed = HUGE_VAL;
-      if (overlap > allowed && a.moving) {
+      if (overlap > allowed && a.moving && !memory.newborn(cp.atom)) {
         const double per_speed = area * growth * a.dt;
         allowed += per_speed * largest_speed(cp, (overlap - allowed) / per_speed);
       }

@@ -63,11 +63,15 @@ class ContactRecords : public defe::ContactMemory {
   {
     return sys.joints.tied(i, static_cast<tagint>(element));
   }
+  bool newborn(int i) override
+  {
+    const AtomContacts *t = sys.store.contacts_of(i);
+    return t && t->fresh;
+  }
   bool inherits(int i, int part) override
   {
     // a DE that was an element with this contact a step ago
-    const AtomContacts *t = sys.store.contacts_of(i);
-    if (t && t->fresh && sys.store.de(i) && sys.store.de(i)->part != part) return true;
+    if (newborn(i) && sys.store.de(i) && sys.store.de(i)->part != part) return true;
     // a tie that broke by shear while it was pressed
     const auto &jt = sys.joints;
     for (int ds : jt.debonded)

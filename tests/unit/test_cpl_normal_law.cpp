@@ -103,22 +103,43 @@ namespace {
       }
   }
 
-  // The tangential spring gets stiffer and softer again while it is loaded.
+  // The tangential spring gets stiffer and softer again while it is loaded. Without kt_slope a ball would gain 3 % or
+  // lose 6 %.
   TEST_P(Law, AnObliqueCollisionKeepsItsEnergy)
   {
-    for (double friction : {0.1, 0.4, 10.0}) {
-      auto p = pair(1.0, friction);
-      p.xi = Vec3(2.0 * r, 0.0, 0.0);
-      p.vi = Vec3(-2.0, 1.0, 0.5);
-      p.wi = Vec3(0.0, 500.0, 0.0);
-      const double before = p.kinetic();
-      const Vec3 momentum = p.momentum(), angular = p.angular_momentum();
-      p.collide(1e-10);
-      EXPECT_NEAR((p.kinetic() + p.rubbed) / before, 1.0, 1e-3) << friction;
-      EXPECT_LT((p.momentum() - momentum).norm(), 1e-10 * momentum.norm());
-      EXPECT_LT((p.angular_momentum() - angular).norm(), 1e-9 * angular.norm());
-      EXPECT_NE(p.wj.norm(), 0.0);
-    }
+    for (bool on_ball : {false, true})
+      for (double friction : {0.1, 0.4, 10.0}) {
+        auto p = pair(1.0, friction);
+        if (on_ball) {
+          p.rj = ball.R;
+          p.distance = r + ball.R;
+          p.mj = 2500.0 * 4.19 * ball.R * ball.R * ball.R;
+          p.spring = [this](double g) {
+            return law.sphere_on_de(g, ball);
+          };
+        }
+        p.xi = Vec3(p.distance, 0.0, 0.0);
+        p.vi = Vec3(-2.0, 1.0, 0.5);
+        p.wi = Vec3(0.0, 500.0, 0.0);
+        const double before = p.kinetic();
+        const Vec3 momentum = p.momentum(), angular = p.angular_momentum();
+        p.collide(1e-10);
+        EXPECT_NEAR((p.kinetic() + p.rubbed) / before, 1.0, 5e-4) << on_ball << ' ' << friction;
+        EXPECT_LT((p.momentum() - momentum).norm(), 1e-10 * momentum.norm());
+        EXPECT_LT((p.angular_momentum() - angular).norm(), 1e-9 * angular.norm());
+        EXPECT_NE(p.wj.norm(), 0.0);
+      }
+  }
+
+  TEST_P(Law, TangentialStiffnessHasItsSlope)
+  {
+    for (const auto &spring : both())
+      for (double g : {1e-8, 1e-6, 2e-5, 1e-4}) {
+        const double step = 1e-5 * g;
+        EXPECT_NEAR((spring(g + step).kt - spring(g - step).kt) / (2.0 * step), spring(g).kt_slope,
+                    1e-7 * spring(g).kt / g)
+            << g;
+      }
   }
 
   TEST(NormalLaw, LinearIsTheSolidOfTheSofterOne)

@@ -82,6 +82,8 @@ class ContactMemory {
   virtual void drop(int atom, int part) = 0;
   /// A DE does not feel the elements that it is tied to.
   virtual bool tied(int atom, std::int64_t element) = 0;
+  /// A DE that has come in this step: no motion has made what it overlaps.
+  virtual bool newborn(int atom) = 0;
   /// An overlap of this point is a contact at once: it stands for one that was there already.
   virtual bool inherits(int atom, int part) = 0;
 };
