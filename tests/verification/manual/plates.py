@@ -16,22 +16,25 @@ class NotchedPlate:
     The notch is sharp, a cut along y = 0: nodes left of its end are doubled. In a turned lattice the elements that it crosses
     are left out. Elements whose centres lie within `band` of the long edges do not convert (part 'edge'): traction is put on
     their nodes, by their share of the band's volume, so that it is the same on any mesh.
-    lattice: 0 or 45, its angle in degrees; moved: nodes at random by up to this share of h."""
+    lattice: 0 or 45, its angle in degrees; moved: nodes at random by up to this share of h; below: what is below the notch, half of the
+    height if it is not given."""
 
-    def __init__(self, length, height, thickness, notch, h, lattice=0.0, moved=0.0, band=None):
+    def __init__(self, length, height, thickness, notch, h, lattice=0.0, moved=0.0, band=None, below=None):
         self.length, self.height, self.thickness, self.notch, self.h = length, height, thickness, notch, h
         self.band = band or 2.0 * h
-        half, tip = np.array([length / 2, height / 2]), notch - length / 2
+        self.low = -(height / 2 if below is None else below)
+        self.high = self.low + height
+        tip = notch - length / 2
         turn = turned(lattice)
         crossed = 0.49 * h * (abs(turn[1, 0]) + abs(turn[1, 1]))
 
         def inside(c):
-            plate = (np.abs(c[:, 0]) < half[0]) & (np.abs(c[:, 1]) < half[1]) & (np.abs(c[:, 2]) < thickness / 2)
+            plate = (np.abs(c[:, 0]) < length / 2) & (c[:, 1] > self.low) & (c[:, 1] < self.high) & (np.abs(c[:, 2]) < thickness / 2)
             return plate & ~((c[:, 0] < tip) & (np.abs(c[:, 1]) < crossed - moved * 0.2 * h))
 
-        self.mesh = Mesh([h, h, thickness], turn, inside, np.append(half + 2 * h, thickness), moved, shift=(0.5, 0.5, 0.0))
+        self.mesh = Mesh([h, h, thickness], turn, inside, np.array([length / 2 + 2 * h, max(-self.low, self.high) + 2 * h, thickness]), moved, shift=(0.5, 0.5, 0.0))
         self.cut(tip - (0.01 + moved) * h)
-        self.held = np.abs(self.mesh.centre[:, 1]) > half[1] - self.band
+        self.held = (self.mesh.centre[:, 1] < self.low + self.band) | (self.mesh.centre[:, 1] > self.high - self.band)
 
     def cut(self, tip):
         """Doubles the nodes that elements above and below share, left of the end of the notch."""
@@ -120,14 +123,29 @@ class Crack:
         return float(np.degrees(np.arctan(k)))
 
 
+def stable_step(young, nu, rho, h):
+    """Half of that of the DEs of cubes of edge h (fix defe, Time step): d/sqrt((lambda + 4 mu)/rho)."""
+    lam, mu = young * nu / ((1 + nu) * (1 - 2 * nu)), young / (2 * (1 + nu))
+    return 0.5 * 0.5 * h / np.sqrt((lam + 4 * mu) / rho)
+
+
+def start_of_crack(young, nu, rho, gf, pull, way):
+    """When a long crack starts under a plane wave of tension that comes from `way` above and below: the closed form of
+    Freund (Dynamic Fracture Mechanics, 1990, ch. 2.4), K = 2 pull sqrt((1 - 2 nu') c t/pi)/(1 - nu'), in plane stress."""
+    flat = nu / (1 + nu)
+    c = np.sqrt(young / (rho * (1 - nu * nu)))
+    k = np.sqrt(young * gf)
+    return way / c + (k * (1 - flat) / (2 * pull)) ** 2 * np.pi / ((1 - 2 * flat) * c)
+
+
 def draw(ax, plate, crack, title, colour="#1f4e9c"):
     """Converted elements grey, broken joints in colour, mm."""
     c = crack.converted.x * 1e3
     ax.scatter(c[:, 0], c[:, 1], s=4, marker="s", color="0.85", zorder=0, linewidths=0)
     x = crack.broken.x * 1e3
     ax.scatter(x[:, 0], x[:, 1], s=1.5, color=colour, linewidths=0)
-    half = np.array([plate.length, plate.height]) * 500
-    ax.plot([-half[0], -half[0] + plate.notch * 1e3], [0, 0], color="k", lw=1.5)
-    ax.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect="equal")
+    left = -plate.length * 500
+    ax.plot([left, left + plate.notch * 1e3], [0, 0], color="k", lw=1.5)
+    ax.set(xlim=(left, -left), ylim=(plate.low * 1e3, plate.high * 1e3), aspect="equal")
     ax.set_title(title, fontsize=8)
     ax.tick_params(labelsize=7)
