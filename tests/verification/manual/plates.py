@@ -32,7 +32,9 @@ class NotchedPlate:
             plate = (np.abs(c[:, 0]) < length / 2) & (c[:, 1] > self.low) & (c[:, 1] < self.high) & (np.abs(c[:, 2]) < thickness / 2)
             return plate & ~((c[:, 0] < tip) & (np.abs(c[:, 1]) < crossed - moved * 0.2 * h))
 
-        self.mesh = Mesh([h, h, thickness], turn, inside, np.array([length / 2 + 2 * h, max(-self.low, self.high) + 2 * h, thickness]), moved, shift=(0.5, 0.5, 0.0))
+        half = np.array([length / 2, max(-self.low, self.high)])
+        reach = np.full(2, np.linalg.norm(half)) if lattice else half
+        self.mesh = Mesh([h, h, thickness], turn, inside, np.append(reach + 2 * h, thickness), moved, shift=(0.5, 0.5, 0.0))
         self.cut(tip - (0.01 + moved) * h)
         self.held = (self.mesh.centre[:, 1] < self.low + self.band) | (self.mesh.centre[:, 1] > self.high - self.band)
 
