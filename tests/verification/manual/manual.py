@@ -271,12 +271,80 @@ def page(results, out):
     (out / "index.html").write_text("\n".join(parts) + "\n")
 
 
+# ---- its source in the docs: lammps-package/doc/Howto_defe_verification.rst ----
+
+RST_HEAD = """Verification
+============
+
+What DEFE makes of published cases, beside what is published.  All of this page is written by ::
+
+   tests/verify.sh --page
+
+which also writes a page of its own with all plots (``build/verification/index.html``).  The cases are in
+``tests/verification/manual``; nothing is tuned for one, and what a source leaves open is chosen once and said.
+Wave speeds, cantilevers, patch tests, Hertz, locking and sandwich beams have closed forms and are tested with every change
+(``tests/verification/manual/README.md`` says where); strength, path and fracture energy of cracks in all directions are on the page
+:doc:`Cracks and the mesh <Howto_defe_cracks>`.
+
+"""
+
+
+def rst_inline(words):
+    words = re.sub(r"`([^`]+)`", r"``\1``", words)
+    return words.replace("|", "\\|")
+
+
+def rst_text(text):
+    """Of a case's README.md, without its first heading."""
+    out = []
+    for block in re.split(r"\n\s*\n", text.strip()):
+        if block.startswith("#"):
+            head, _, block = block.partition("\n")
+            if head.startswith("## "):
+                out.append(f"*{head.lstrip('# ')}.*")
+        if not block.strip():
+            continue
+        if block.lstrip().startswith("* "):
+            items = re.split(r"\n\* ", "\n" + block.strip())[1:]
+            out.append("\n".join("* " + rst_inline(" ".join(i.split())) for i in items))
+        else:
+            out.append(rst_inline(" ".join(block.split())))
+    return "\n\n".join(out)
+
+
+def rst_csv(rows, indent="   "):
+    quoted = [", ".join('"' + rst_inline(str(c)).replace('"', '""') + '"' for c in row) for row in rows]
+    return ".. csv-table::\n   :header-rows: 1\n\n" + "\n".join(indent + q for q in quoted)
+
+
+def rst_page(results, out):
+    doc = ROOT / "lammps-package" / "doc"
+    parts = [RST_HEAD]
+    for name, r in results.items():
+        parts.append(f"{r['title']}\n{chr(34) * len(r['title'])}\n")
+        parts.append(rst_text(re.sub(r"\A# .*\n", "", (HERE / name / "README.md").read_text())) + "\n")
+        head = [["quantity", "here", "published", "", "source"]]
+        parts.append(rst_csv(head + [[a["quantity"] + (f" ({a['unit']})" if a["unit"] else ""), number(a["here"], a["digits"]), a["published"],
+                                      a["verdict"] + ("" if a["certain"] else ", source not certain"), a["source"]] for a in r["rows"]]) + "\n")
+        for kind, *what in r["shown"]:
+            if kind == "table":
+                parts.append(rst_inline(what[0]) + "\n\n" + rst_csv(what[1]) + "\n")
+            elif kind == "figure":
+                picture = f"Howto_defe_verification_{what[0].replace('/', '_')}"
+                (doc / picture).write_bytes((out / what[0]).read_bytes())
+                parts.append(f".. image:: {picture}\n   :alt: {what[1]}\n\n{rst_inline(what[1])}\n")
+            else:
+                parts.append(rst_inline(what[0]) + "\n")
+    (doc / "Howto_defe_verification.rst").write_text("\n".join(parts))
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--lmp", required=True)
     parser.add_argument("--plugin", required=True, help="folder of defeplugin.so")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--fine", action="store_true", help="finer meshes, may take an hour")
+    parser.add_argument("--page", action="store_true", help="put all cases into lammps-package/doc, too")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at the same time")
     parser.add_argument("--list", action="store_true")
     parser.add_argument("case", nargs="*")
@@ -285,6 +353,8 @@ def main():
         for name in cases():
             print(f"{name:24} {load(name).TITLE}")
         return 0
+    if options.page and options.case:
+        sys.exit("verify: --page writes the page of all cases: name none")
     unknown = [c for c in options.case if c not in cases()]
     if unknown:
         sys.exit(f"verify: no case '{unknown[0]}': {', '.join(cases())}")
@@ -304,6 +374,8 @@ def main():
     page(results, options.out)
     (options.out / "results.json").write_text(json.dumps({n: {k: v for k, v in r.items() if k != "shown"} for n, r in results.items()},
                                                          indent=1, default=float) + "\n")
+    if options.page:
+        rst_page(results, options.out)
     print(f"\nThe page with all plots: {options.out / 'index.html'}")
     for f in failed:
         print(f"not within: {f}")
