@@ -355,19 +355,20 @@ void CrackGrowth::find_hot(const CrackLattice &lattice, const CrackStrength &str
   hot_of.assign(6 * active.size(), -1);
   for (int joint : close) {
     const int d = joint / 6, s = joint % 6, other = lattice.partner[d][s];
-    const double limit = strength(d, other / 6);
+    const double limit = strength(d, other / 6), of_nucleus = strength.of_nucleus(d, other / 6);
+    const double least = 0.98 * std::min(limit, of_nucleus);
     const CrackStress &a = stresses[place[d]], &b = stresses[place[other / 6]];
     const double volume = a.slot_volume[s] + b.slot_volume[other % 6];
     if (!(volume > 0.0) || !std::isfinite(limit)) continue;
     double sum[6];
     for (int k = 0; k < 6; ++k) sum[k] = a.slot[s][k] + b.slot[other % 6][k];
-    if (largest_principal_bound(sum) < 0.98 * limit * volume) continue;
+    if (largest_principal_bound(sum) < least * volume) continue;
     const Mat3 S = crack_tensor(sum) / volume;
     const Principal p = largest_principal(S);
-    if (p.value < 0.98 * limit) continue;
+    if (p.value < least) continue;
     hot_of[6 * place[d] + s] = static_cast<int>(hot.size());
-    hot.push_back(
-        {joint, limit, p.value / limit, strength.nucleus(d, other / 6), p.direction, S / limit});
+    hot.push_back({joint, limit, p.value / limit, of_nucleus / limit,
+                   strength.nucleus(d, other / 6), p.direction, S / limit});
   }
 }
 
@@ -516,12 +517,14 @@ bool CrackGrowth::shielded(const CrackLattice &lattice, int joint) const
   });
 }
 
-bool CrackGrowth::could_nucleate(const CrackLattice &lattice, const Hot &h, double *excess,
-                                 Vec3 *m) const
+/// A nucleus is held by the strength of flaws, a branch by sigma_t; `excess`: what the joint bears is so many times that.
+bool CrackGrowth::could_start(const CrackLattice &lattice, const Hot &h, bool branch,
+                              double *excess, Vec3 *m) const
 {
-  if (h.value < 1.0) return false;
+  const double strength = branch ? 1.0 : h.flaws;
+  if (h.value < strength) return false;
   const std::uint64_t hash = joint_key(lattice, h.joint);
-  *excess = h.value / (1.0 + h.nucleus.scatter * uniform(hash, 0));
+  *excess = h.value / (strength * (1.0 + h.nucleus.scatter * uniform(hash, 0)));
   if (*excess < 1.0) return false;
   *m = largest_principal(h.S, random_direction(hash)).direction;
   return best_aligned(lattice, h.joint, *m);
@@ -532,13 +535,15 @@ void CrackGrowth::nuclei(const CrackLattice &lattice, std::vector<CrackStart> &s
   for (const Hot &h : hot) {
     double excess, other_excess;
     Vec3 m, other_m;
-    if (h.joint / 6 >= lattice.owned || !could_nucleate(lattice, h, &excess, &m)) continue;
+    if (h.joint / 6 >= lattice.owned || !could_start(lattice, h, h.flaws > 1.0, &excess, &m))
+      continue;
     const bool shield = shielded(lattice, h.joint);
+    if (h.flaws != 1.0 && !could_start(lattice, h, shield, &excess, &m)) continue;
     if (shield && excess < h.nucleus.overstrength) continue;
     const bool first = all_around(lattice, h.joint, [&](int joint) {
       if (joint == h.joint) return true;
       const Hot *other = hot_joint(lattice, joint);
-      if (!other || !could_nucleate(lattice, *other, &other_excess, &other_m)) return true;
+      if (!other || !could_start(lattice, *other, shield, &other_excess, &other_m)) return true;
       if (other_excess > excess * (1.0 + 1e-9)) return false;
       return other_excess < excess * (1.0 - 1e-9) || ids(lattice, h.joint) < ids(lattice, joint);
     });

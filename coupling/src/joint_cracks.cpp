@@ -102,7 +102,8 @@ void JointCracks::prepare()
     key[d] = crack_place_key(r.place, std::cbrt(r.volume));
     const double least = d < jt.orthogonal ? 0.5 * r.volume
                                            : crack_least_volume(jt.cell[d - jt.orthogonal]);
-    quiet[d] = crack_quiet_energy(least, moduli[r.part], least_strength, CrackGrowth::quiet_share);
+    quiet[d] =
+        crack_quiet_energy(least, moduli[r.part], least_strength_at(d), CrackGrowth::quiet_share);
     const auto *const cracked = host.find_cracks(d);
     for (int s = 0; s < 6; ++s) {
       const JointRecord &slot = jt.record(d, s);
@@ -117,6 +118,16 @@ void JointCracks::prepare()
         if (c.slot == s) cuts[6 * d + s] = memory_of(c.law);
     }
   }
+}
+
+/// At which something starts at one of its joints.
+double JointCracks::least_strength_at(int d) const
+{
+  double least = least_strength;
+  for (int s = 0; s < 6 && !jt.strength.empty(); ++s)
+    if (jt.partner[d][s] >= 0)
+      least = std::min(least, jt.flaws_between(d, jt.partner[d][s] / 6, least));
+  return least;
 }
 
 int JointCracks::pack_table(int d, double *buf) const
@@ -515,8 +526,10 @@ void JointCracks::decide()
 {
   started.clear();
   const CrackLattice l = lattice();
-  growth.decide(l, {type.data(), types, sigma_t.data(), nuclei.data()}, CrackGrowthParameters(),
-                decisions);
+  growth.decide(l,
+                {type.data(), types, sigma_t.data(), nuclei.data(),
+                 jt.strength.empty() ? nullptr : jt.strength.data()},
+                CrackGrowthParameters(), decisions);
   for (const auto &start : decisions) {
     const int joint = start.joint, there = other_end(joint);
     const double *h = &jt.half_force[joint / 6][3 * (joint % 6)];

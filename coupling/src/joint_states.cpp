@@ -44,6 +44,16 @@ const CohesiveParameters &JointStates::law_of(int d, int s) const
   return laws.of(particles.type[jt.self[d]], particles.type[jt.nb[d][s]]).cohesive;
 }
 
+/// That by which a joint starts: between DEs of one type flaws have their say.
+CohesiveParameters JointStates::law_at_start(int d, int s) const
+{
+  CohesiveParameters law = law_of(d, s);
+  const int other = jt.partner[d][s];
+  if (other >= 0 && particles.type[jt.self[d]] == particles.type[jt.nb[d][s]])
+    law.sigma_t = jt.flaws_between(d, other / 6, law.sigma_t);
+  return law;
+}
+
 const CohesiveParameters &JointStates::adhesive_law(int d, int s) const
 {
   return laws.adhesive_of(jt.material[d], jt.tie_part[~jt.nb[d][s]])->law;
@@ -115,7 +125,7 @@ double JointStates::threshold_of(int d, int s) const
   if (!tie && !at_lower_id(d, s)) return HUGE_VAL;
   if (jt.state[6 * d + s] != joint::CONNECTIVE) return HUGE_VAL;
   const double limit =
-      jt.area[d][s] * opening(d, s).least_traction(tie ? adhesive_law(d, s) : law_of(d, s));
+      jt.area[d][s] * opening(d, s).least_traction(tie ? adhesive_law(d, s) : law_at_start(d, s));
   return limit * limit * (1.0 - 1.0e-12);
 }
 
@@ -139,7 +149,7 @@ bool JointStates::starts(int d, int s)
   const Vec3 along = y / length;
   const Vec3 normal = d < jt.orthogonal ? along : face_normal(d, s, along);
   return start_softening(softening_joint, t, normal, along, length, stiffness(d, s), opening(d, s),
-                         law_of(d, s));
+                         law_at_start(d, s));
 }
 
 void JointStates::make_pending(int joint)

@@ -25,6 +25,7 @@ void JointTable::clear()
   cell.clear();
   half_force.clear();
   energy.clear();
+  strength.clear();
   state.clear();
   tie_node.clear();
   tie_point.clear();

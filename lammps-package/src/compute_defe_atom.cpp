@@ -17,6 +17,7 @@
 
 #include "defe/fe/principal.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -26,15 +27,12 @@ using namespace LAMMPS_NS;
 
 ComputeDefeAtom::ComputeDefeAtom(LAMMPS *lmp, int narg, char **arg) : Compute(lmp, narg, arg)
 {
-  static const std::map<std::string, Quantity> names = {{"damage", DAMAGE},
-                                                        {"connective", CONNECTIVE},
-                                                        {"cohesive", COHESIVE},
-                                                        {"contact", CONTACT},
-                                                        {"ties", TIES},
-                                                        {"element", ELEMENT},
-                                                        {"elements", ELEMENTS},
-                                                        {"vonmises", VONMISES},
-                                                        {"s1", S1}};
+  static const std::map<std::string, Quantity> names = {
+      {"damage", DAMAGE},     {"connective", CONNECTIVE},
+      {"cohesive", COHESIVE}, {"contact", CONTACT},
+      {"ties", TIES},         {"element", ELEMENT},
+      {"elements", ELEMENTS}, {"strength", STRENGTH},
+      {"vonmises", VONMISES}, {"s1", S1}};
   if (narg < 4) utils::missing_cmd_args(FLERR, "compute defe/atom", error);
   for (int k = 3; k < narg; k++) {
     auto found = names.find(arg[k]);
@@ -42,7 +40,7 @@ ComputeDefeAtom::ComputeDefeAtom(LAMMPS *lmp, int narg, char **arg) : Compute(lm
       error->all(
           FLERR,
           "Unknown compute defe/atom quantity {}: use damage, connective, cohesive, contact, "
-          "ties, element, elements, vonmises or s1",
+          "ties, element, elements, strength, vonmises or s1",
           arg[k]);
     what.push_back(found->second);
     stresses = stresses || found->second == VONMISES || found->second == S1;
@@ -65,6 +63,8 @@ void ComputeDefeAtom::init()
 {
   sys = DefeSystem::find(lmp);
   if (!sys) error->all(FLERR, "Compute defe/atom needs a fix defe");
+  if (!sys->strengths.on() && std::find(what.begin(), what.end(), STRENGTH) != what.end())
+    error->all(FLERR, "Compute defe/atom strength needs the keyword strength of fix defe");
 }
 
 /* ---------------------------------------------------------------------- */
@@ -163,6 +163,8 @@ double ComputeDefeAtom::value_of(Quantity q, int i, const std::array<int, 4> &co
     }
     case ELEMENTS:
       return static_cast<double>(sys->store.elements_at(i));
+    case STRENGTH:
+      return sys->strengths.of_de(i);
     default:
       return stress_of(q, i);
   }

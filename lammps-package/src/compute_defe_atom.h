@@ -32,7 +32,18 @@ class ComputeDefeAtom : public Compute {
   double memory_usage() override;
 
  private:
-  enum Quantity { DAMAGE, CONNECTIVE, COHESIVE, CONTACT, TIES, ELEMENT, ELEMENTS, VONMISES, S1 };
+  enum Quantity {
+    DAMAGE,
+    CONNECTIVE,
+    COHESIVE,
+    CONTACT,
+    TIES,
+    ELEMENT,
+    ELEMENTS,
+    STRENGTH,
+    VONMISES,
+    S1
+  };
   std::vector<Quantity> what;
   bool stresses = false;
   int nmax = 0;

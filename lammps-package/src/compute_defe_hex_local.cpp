@@ -14,6 +14,7 @@
 #include "modify.h"
 #include "update.h"
 
+#include <algorithm>
 #include <map>
 #include <string>
 
@@ -24,9 +25,19 @@ using namespace LAMMPS_NS;
 ComputeDefeHexLocal::ComputeDefeHexLocal(LAMMPS *lmp, int narg, char **arg) :
     Compute(lmp, narg, arg)
 {
-  static const std::map<std::string, Quantity> names = {
-      {"id", ID},   {"part", PART}, {"x", X},     {"y", Y},     {"z", Z},     {"sxx", SXX},
-      {"syy", SYY}, {"szz", SZZ},   {"sxy", SXY}, {"sxz", SXZ}, {"syz", SYZ}, {"s1", S1}};
+  static const std::map<std::string, Quantity> names = {{"id", ID},
+                                                        {"part", PART},
+                                                        {"x", X},
+                                                        {"y", Y},
+                                                        {"z", Z},
+                                                        {"sxx", SXX},
+                                                        {"syy", SYY},
+                                                        {"szz", SZZ},
+                                                        {"sxy", SXY},
+                                                        {"sxz", SXZ},
+                                                        {"syz", SYZ},
+                                                        {"s1", S1},
+                                                        {"strength", STRENGTH}};
   if (narg < 4) utils::missing_cmd_args(FLERR, "compute defe/hex/local", error);
   for (int k = 3; k < narg; k++) {
     auto found = names.find(arg[k]);
@@ -34,7 +45,7 @@ ComputeDefeHexLocal::ComputeDefeHexLocal(LAMMPS *lmp, int narg, char **arg) :
       error->all(
           FLERR,
           "Unknown compute defe/hex/local quantity {}: use id, part, x, y, z, sxx, syy, szz, "
-          "sxy, sxz, syz or s1",
+          "sxy, sxz, syz, s1 or strength",
           arg[k]);
     what.push_back(found->second);
   }
@@ -54,6 +65,8 @@ void ComputeDefeHexLocal::init()
 {
   sys = DefeSystem::find(lmp);
   if (!sys) error->all(FLERR, "Compute defe/hex/local needs a fix defe");
+  if (!sys->strengths.on() && std::find(what.begin(), what.end(), STRENGTH) != what.end())
+    error->all(FLERR, "Compute defe/hex/local strength needs the keyword strength of fix defe");
 }
 
 /* ----------------------------------------------------------------------
@@ -122,6 +135,9 @@ void ComputeDefeHexLocal::compute_local()
             break;
           case S1:
             value = s1;
+            break;
+          case STRENGTH:
+            value = sys->strengths.of_element(i, h);
             break;
         }
         if (ncol == 1)

@@ -45,6 +45,7 @@ struct DefeConversion::Draft {
   struct Birth {
     defe::NewDE de;
     DERecord record;
+    double strength;    // by its flaws
     tagint tag, node;
     int part;
     imageint image;
@@ -401,9 +402,11 @@ void DefeConversion::add_births(Draft &c, const Own &o)
     neighbors.part[f] = h.nbpart[f];
   }
   const auto planned = c.plan->births(*o.planned, neighbors, eight);
+  const auto strengths = sys.strengths.of_corners(idx[0], h);
   for (int k = 0; k < 8; k++) {
     Draft::Birth birth;
     birth.de = eight[k];
+    birth.strength = strengths[k];
     birth.part = h.part;
     birth.node = h.node[k];
     birth.image = atom->image[idx[0]];    // positions are in the frame of that node
@@ -498,6 +501,7 @@ bigint DefeConversion::remove_converted(const Draft &c)
     list.erase(std::find_if(list.begin(), list.end(), [&o](const HexRecord &h) {
       return h.id == o.planned->id;
     }));
+    sys.strengths.remove((*o.idx)[0], o.planned->id);
   }
   return delete_nodes();
 }
@@ -584,6 +588,7 @@ void DefeConversion::create_des(const Draft &c)
     domain->unmap(b.de.X.data(), b.image, ref);
     sys.store.set_reference(i, ref);
     sys.store.set_de(i, b.record);
+    sys.strengths.set_de(i, b.strength);
     sys.store.contacts_at(i).fresh = true;
     const DefeSurface::BallShare first{b.record.element, b.node, 0, 0.0, 0.0};
     auto share = std::lower_bound(

@@ -124,7 +124,7 @@ double DefeMarks::value_of(const DefeBatch &b, int e, Vec3 &direction) const
    must it wait for the crack beside it? Shields that have expired are dropped.
 ------------------------------------------------------------------------- */
 
-bool DefeMarks::is_shielded(HexRecord &h, const DefePart &p, double value,
+bool DefeMarks::is_shielded(HexRecord &h, const DefePart &p, double value, double limit,
                             const Vec3 &direction) const
 {
   if (!sys.model.shield || !h.extra || h.extra->shields.empty()) return false;
@@ -136,7 +136,7 @@ bool DefeMarks::is_shielded(HexRecord &h, const DefePart &p, double value,
       list.pop_back();
     } else
       k++;
-  return defe::shielded(direction, value, p.criterion->limit(), time, tau, list.data(),
+  return defe::shielded(direction, value, limit, time, tau, list.data(),
                         static_cast<int>(list.size()));
 }
 
@@ -165,19 +165,21 @@ void DefeMarks::mark_batch(int k)
   const DefeBatch &b = sys.elements.batches()[k];
   if (!b.convertible) return;
   const DefePart &p = sys.model.parts[b.part()];
-  const double limit = p.criterion->limit();
+  const double *own = sys.strengths.limits(k);    // of each element, by its flaws
+  const double least = own ? sys.strengths.least_limit(k) : p.criterion->limit();
   const double *bound = b.bounds();
   const int n = b.size();
   int above = 0;
-  for (int e = 0; e < n; e++) above += bound[e] > limit;
+  for (int e = 0; e < n; e++) above += bound[e] > least;
   if (!above) return;
   for (int e = 0; e < n; e++) {
+    const double limit = own ? own[e] : least;
     if (!(bound[e] > limit)) continue;
     HexRecord &h = *b.hex[e];
     if (h.marked) continue;
     Vec3 direction(1.0, 0.0, 0.0);
     const double value = value_of(b, e, direction);
-    if (!(value > limit) || is_shielded(h, p, value, direction)) continue;
+    if (!(value > limit) || is_shielded(h, p, value, limit, direction)) continue;
     sys.elements.mark(k, e);
     marked_here = MAX(marked_here, 1);
     if (!h.extra || h.extra->shields.empty()) note_jump(h.id, value / limit);

@@ -64,7 +64,8 @@ class DefeMarks : protected DefeComponent {
   bool cracks_ask_ = false;
 
   double value_of(const DefeBatch &, int e, defe::Vec3 &direction) const;
-  bool is_shielded(HexRecord &, const DefePart &, double value, const defe::Vec3 &direction) const;
+  bool is_shielded(HexRecord &, const DefePart &, double value, double limit,
+                   const defe::Vec3 &direction) const;
   void mark_batch(int batch);
   bool closes(bigint evaluation) const;
   void schedule(int steps);

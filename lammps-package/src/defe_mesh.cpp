@@ -133,6 +133,7 @@ void DefeMesh::build()
   if (!any) return;
   dirty = false;
   sys.notes.mesh_made();
+  sys.strengths.mesh_made();
   if (sys.census.des() > 0)
     error->all(FLERR, "Fix defe: all meshes must be made before elements convert");
 

@@ -13,6 +13,7 @@
 #include "error.h"
 #include "group.h"
 
+#include <algorithm>
 #include <cstring>
 
 using namespace LAMMPS_NS;
@@ -37,6 +38,8 @@ void DefeOptions::read()
       read_part();
     else if (key == "convert")
       read_convert();
+    else if (key == "strength")
+      read_strength();
     else if (key == "adhesive")
       read_adhesive();
     else if (key == "contact")
@@ -61,8 +64,8 @@ void DefeOptions::read()
       iarg += 2;
     } else
       error->all(FLERR,
-                 "Unknown fix defe keyword {}: use material, part, convert, adhesive, contact, "
-                 "shield, stress, kernel, every, collect, check, reproducible or events",
+                 "Unknown fix defe keyword {}: use material, part, convert, strength, adhesive, "
+                 "contact, shield, stress, kernel, every, collect, check, reproducible or events",
                  key);
   }
   finish();
@@ -216,6 +219,29 @@ void DefeOptions::read_des(DefePart &p)
   }
 }
 
+/* ----------------------------------------------------------------------
+   flaws of a part's surface or inside
+------------------------------------------------------------------------- */
+
+void DefeOptions::read_strength()
+{
+  need(3, "strength");
+  const int ip = sys.model.find_part(arg[iarg + 1]);
+  if (ip < 0)
+    error->all(FLERR, "Fix defe strength: unknown part {}: define it before", arg[iarg + 1]);
+  DefePart &p = sys.model.parts[ip];
+  const auto parsed = defe::parse_flaws(std::vector<std::string>(arg + iarg + 2, arg + narg));
+  if (!parsed.complaint.empty())
+    error->all(FLERR, "Fix defe strength {}: {}", p.name, parsed.complaint);
+  const std::string &surface = parsed.flaws.surface;
+  for (const auto &f : p.strength.flaws)
+    if (f.surface == surface)
+      error->all(FLERR, "Fix defe strength {}: {} is given twice", p.name,
+                 surface.empty() ? "the inside" : "surface " + surface);
+  p.strength.flaws.push_back(parsed.flaws);
+  iarg += 2 + parsed.used;
+}
+
 void DefeOptions::read_adhesive()
 {
   need(6, "adhesive");
@@ -319,6 +345,8 @@ void DefeOptions::finish()
   if (sys.model.materials.empty()) error->all(FLERR, "Fix defe needs at least one material");
   check_numbers_as_names();
   check_adhesives();
+  check_strengths();
+  sys.strengths.begin();
   for (const auto &p : sys.model.parts) {
     const auto &m = sys.model.material_of(p);
     sys.model.corner_moduli.push_back(
@@ -368,5 +396,30 @@ void DefeOptions::check_adhesives() const
                  "Fix defe adhesive {0} {1}: part {1} converts: the joints between two parts that "
                  "convert have their strength by pair_coeff cohesive",
                  parts[a.part].name, parts[a.base].name);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   what has flaws breaks everywhere: below a surface, too
+------------------------------------------------------------------------- */
+
+void DefeOptions::check_strengths() const
+{
+  for (const auto &p : sys.model.parts) {
+    if (!p.strength.given()) continue;
+    if (!p.convertible)
+      error->all(FLERR,
+                 "Fix defe strength {}: its elements do not convert, so nothing in it breaks: give "
+                 "'convert {} ...' too, or leave it out",
+                 p.name, p.name);
+    const bool inside =
+        std::any_of(p.strength.flaws.begin(), p.strength.flaws.end(), [](const defe::Flaws &f) {
+          return f.surface.empty();
+        });
+    if (!inside)
+      error->all(FLERR,
+                 "Fix defe strength {}: only surfaces have a strength: give that of the inside, "
+                 "too, for instance 'strength {} constant' with some times that of the surface",
+                 p.name, p.name);
   }
 }

@@ -39,6 +39,7 @@ class DefeOptions : protected DefeComponent {
   void read_convert();
   void read_criterion(DefePart &);
   void read_des(DefePart &);
+  void read_strength();
   void read_adhesive();
   void read_contact();
   void read_every();
@@ -48,6 +49,7 @@ class DefeOptions : protected DefeComponent {
   void finish();
   void check_numbers_as_names() const;
   void check_adhesives() const;
+  void check_strengths() const;
 };
 
 }    // namespace LAMMPS_NS

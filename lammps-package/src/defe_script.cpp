@@ -35,6 +35,9 @@ DefeScript::Settings DefeScript::settings() const
   s["reproducible"] = sys.model.reproducible ? "yes" : "no";
   for (const auto &p : sys.model.parts)
     if (p.convertible) s["convert " + p.name] = p.criterion_words;
+  for (const auto &p : sys.model.parts)
+    for (const auto &f : p.strength.flaws)
+      s["strength " + p.name + (f.surface.empty() ? "" : " surface " + f.surface)] = f.words();
   for (const auto &a : sys.model.adhesives)
     s["adhesive " + sys.model.parts[a.part].name + " " + sys.model.parts[a.base].name] =
         fmt::format("{} {} {}", a.law.sigma_t, a.law.G_f, a.law.beta) +
@@ -100,6 +103,7 @@ std::string DefeScript::unpack(const char *data, size_t bytes)
   const auto lines = utils::split_lines(get_text());
   Settings before;
   for (size_t k = 0; k + 1 < lines.size(); k += 2) before[lines[k]] = lines[k + 1];
+  check_strengths(before);
   note_changes(before);
   return get_text();
 }
@@ -115,6 +119,28 @@ void DefeScript::check_parts(const std::string &of_file) const
                  "materials and parts in the same order",
                  p + 1, before, sys.model.describe(sys.model.parts[p]));
   }
+}
+
+/* ----------------------------------------------------------------------
+   strengths are drawn once, and are in the records of atoms
+------------------------------------------------------------------------- */
+
+void DefeScript::check_strengths(const Settings &before) const
+{
+  const auto lines = [](const Settings &settings) {
+    std::string text;
+    for (const auto &s : settings)
+      if (s.first.rfind("strength ", 0) == 0)
+        text += (text.empty() ? "'" : " ") +
+            ("strength " + s.first.substr(9, s.first.find(' ', 9) - 9)) + " " + s.second;
+    return text.empty() ? std::string("no strength") : text + "'";
+  };
+  const std::string is = lines(settings()), was = lines(before);
+  if (is != was)
+    error->all(FLERR,
+               "Fix defe had {} in the restart file and has {} now: strengths are drawn once for "
+               "all, give them as before",
+               was, is);
 }
 
 void DefeScript::note_changes(const Settings &before) const

@@ -27,6 +27,7 @@ class DefeScript : protected DefeComponent {
   using Settings = std::map<std::string, std::string>;
   Settings settings() const;
   void check_parts(const std::string &of_file) const;
+  void check_strengths(const Settings &before) const;
   void note_changes(const Settings &before) const;
 };
 

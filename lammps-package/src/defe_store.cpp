@@ -283,6 +283,7 @@ void DefeStore::clear(int i)
 {
   contacts.of[i].reset();
   sys.kept.clear(i);
+  sys.strengths.clear(i);
   if (update->whichflag == 1 && !sys.ids.giving_birth()) sys.ids.register_newcomer(i);
 
   // read_data sets the arrays of new atoms after it has read the sections: keep the elements
@@ -303,6 +304,7 @@ void DefeStore::forget(int i)
   hexes(i).clear();
   des.of[i].reset();
   contacts.of[i].reset();
+  sys.strengths.clear(i);
 }
 
 void DefeStore::set_reference(int i, const double *x)

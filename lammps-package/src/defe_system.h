@@ -30,6 +30,7 @@
 #include "defe_restart.h"
 #include "defe_script.h"
 #include "defe_store.h"
+#include "defe_strengths.h"
 #include "defe_surface.h"
 #include "defe_tables.h"
 #include "defe_watch.h"
@@ -61,6 +62,7 @@ struct DefeSystem {
 
   DefeStore store;    // of atoms
   DefeKept kept;
+  DefeStrengths strengths;
   DefeIds ids;
   DefeCensus census;
 

@@ -27,7 +27,9 @@ void DefeTables::build()
   if (sys.ids.natoms_changed()) sys.ids.check_newcomers();
   update_frames();
   sys.elements.build();
+  sys.strengths.elements_listed();
   build_joints();
+  sys.strengths.joints_listed();
   sys.work.list_forced();
   sys.surface.build();
   built_++;

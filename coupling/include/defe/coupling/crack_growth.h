@@ -27,6 +27,9 @@
 /// 1.5 d of the plane of a cut joint whose p is within d) it takes `overstrength` times as much: that is how cracks branch.
 /// Both numbers are those of the joint's pair of types.
 ///
+/// Where the strength of flaws is given (strength_field.h), that of the weaker DE takes the place of sigma_t for nuclei
+/// between DEs of one type. A crack that runs needs no flaw: fronts, ligaments, branches and entries keep sigma_t.
+///
 /// **Entry.** Where a ring is open because finite elements are in its way, the front asks for those that the plane
 /// through p with normal m needs: that it cuts between the DE at their face, the one to come behind it, and the next
 /// one of the ring (placed as if the element were as long as its neighbour). It asks once its DE is not quiet and
@@ -52,6 +55,7 @@
 
 #include "defe/coupling/crack_rings.h"
 #include "defe/coupling/crack_stress.h"
+#include "defe/coupling/flaws_between.h"
 
 #include <unordered_map>
 #include <vector>
@@ -88,11 +92,18 @@ struct CrackNuclei {
 struct CrackStrength {
   const unsigned char *type;    ///< [n] of DEs
   int types;
-  const double *sigma_t;        ///< [types * types]
-  const CrackNuclei *nuclei;    ///< same
+  const double *sigma_t;            ///< [types * types]
+  const CrackNuclei *nuclei;        ///< same
+  const double *flaws = nullptr;    ///< [n] of DEs, see JointTable::strength; null: there are none
 
   double operator()(int a, int b) const { return sigma_t[type[a] * types + type[b]]; }
   const CrackNuclei &nucleus(int a, int b) const { return nuclei[type[a] * types + type[b]]; }
+  /// Of a nucleus, before its scatter.
+  double of_nucleus(int a, int b) const
+  {
+    const double sigma = (*this)(a, b);
+    return flaws && type[a] == type[b] ? strength_between(flaws[a], flaws[b], sigma) : sigma;
+  }
 };
 
 class CrackGrowth {
@@ -135,6 +146,7 @@ class CrackGrowth {
     int joint;
     double limit;    // its sigma_t
     double value;    // sigma_1(S_j) / sigma_t
+    double flaws;    // strength of a nucleus / sigma_t
     CrackNuclei nucleus;
     Vec3 direction;
     Mat3 S;
@@ -207,7 +219,7 @@ class CrackGrowth {
   void ligament(const CrackLattice &, const CrackRing &, std::vector<CrackStart> &) const;
   void count_votes(const CrackLattice &, const CrackStrength &, std::vector<CrackStart> &);
   bool shielded(const CrackLattice &, int joint) const;
-  bool could_nucleate(const CrackLattice &, const Hot &, double *excess, Vec3 *m) const;
+  bool could_start(const CrackLattice &, const Hot &, bool branch, double *excess, Vec3 *m) const;
   void nuclei(const CrackLattice &, std::vector<CrackStart> &) const;
 };
 

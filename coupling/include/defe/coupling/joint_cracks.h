@@ -129,6 +129,7 @@ class JointCracks {
   std::vector<double> sigma_t;
   std::vector<CrackNuclei> nuclei;
   double least_strength = 0.0;
+  double least_strength_at(int d) const;
   std::vector<CornerModuli> moduli;    // per part
 
   std::vector<std::int64_t> id;

@@ -142,6 +142,7 @@ class JointStates {
   bool damaged_ = false;
 
   const CohesiveParameters &law_of(int d, int s) const;
+  CohesiveParameters law_at_start(int d, int s) const;
   const CohesiveParameters &adhesive_law(int d, int s) const;
   const OpeningLaw &opening(int d, int s) const;
   bool by_crack(int d, int s) const;

@@ -7,6 +7,7 @@
 
 #include "defe/coupling/corner_strain.h"
 #include "defe/coupling/crack_softening.h"
+#include "defe/coupling/flaws_between.h"
 #include "defe/coupling/particles.h"
 
 #include <array>
@@ -70,6 +71,9 @@ struct JointTable {
   std::vector<double> energy;
   std::vector<unsigned char> state;    ///< 6 per DE, owned and ghost
   std::vector<std::array<double, 6>> area;
+  /// Stress at which flaws start a crack in a DE (strength_field.h), owned and ghost; infinite where they have no say,
+  /// empty where they have none anywhere.
+  std::vector<double> strength;
   std::vector<std::array<int, 4>> tie_node;    ///< per tie, as the next three
   std::vector<std::int64_t> tie_element;
   std::vector<signed char> tie_part;
@@ -99,6 +103,11 @@ struct JointTable {
   }
   JointRecord &record(int joint) const { return record(joint / 6, joint % 6); }
 
+  /// What takes the place of sigma_t where a crack starts between two DEs: the least of their strengths.
+  double flaws_between(int d, int e, double sigma_t) const
+  {
+    return strength.empty() ? sigma_t : strength_between(strength[d], strength[e], sigma_t);
+  }
   double contact_distance(int d, std::int64_t other) const;
   /// A DE has no contact with an element that it is tied to.
   bool tied(int atom, std::int64_t element) const;

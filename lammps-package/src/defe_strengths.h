@@ -1,0 +1,121 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifndef LMP_DEFE_STRENGTHS_H
+#define LMP_DEFE_STRENGTHS_H
+
+#include "defe_component.h"
+#include "defe_ghosts.h"
+#include "defe_store.h"
+
+#include <array>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+struct HexRecord;
+
+/** Strengths by flaws (keyword strength; strength_field.h): drawn once per element, with the first tables, and kept by the
+    atom that has the element, and by its DEs later on. Where no part has any, nothing is kept and nothing sent. */
+class DefeStrengths : protected DefeComponent, public DefeField {
+ public:
+  explicit DefeStrengths(DefeSystem &);
+
+  /** Some part has flaws: known when the options are read. */
+  bool on() const { return on_; }
+  void begin();
+
+  /** The mesh was made or has grown: all elements are drawn anew. */
+  void mesh_made();
+  /** With new tables of elements, but before those of joints. */
+  void elements_listed();
+  /** With new tables of joints: their strengths, of ghosts too. */
+  void joints_listed();
+
+  /** What an element of a batch must exceed to convert, as its criterion measures; null: the same for all. */
+  const double *limits(int batch) const
+  {
+    return on_ && !batches[batch].limit.empty() ? batches[batch].limit.data() : nullptr;
+  }
+  double least_limit(int batch) const { return batches[batch].least; }
+
+  /** The least of an element that atom i has; 0: its part has none, or they are not drawn yet. */
+  double of_element(int i, const HexRecord &) const;
+  /** By its corners, infinite if there are none. */
+  std::array<double, 8> of_corners(int i, const HexRecord &) const;
+  /** Of a DE; 0: it is none, or has none. */
+  double of_de(int i) const;
+
+  // an element of atom i becomes DEs
+
+  void set_de(int i, double strength);
+  void remove(int i, tagint element);
+
+  double memory_usage() const;
+
+  // ---- by atom ----
+
+  void clear(int i);
+  void grow(int n) override { of.resize(n); }
+  void move(int from, int to) override { of[to] = std::move(of[from]); }
+  int size(int i) const override;
+  int pack(int i, double *buf) const override;
+  int unpack(int i, const double *buf) override;
+  int most() const override;
+
+ private:
+  using Corners = std::array<double, 8>;
+  struct Drawn {
+    double de = 0.0;    // > 0: it is one
+    std::vector<std::pair<tagint, Corners>> hexes;
+  };
+  std::vector<std::unique_ptr<Drawn>> of;
+  bool on_ = false, due = true;
+
+  struct Batch {
+    std::vector<double> limit;
+    double least;
+  };
+  std::vector<Batch> batches;
+
+  struct Found {
+    double size = 0.0, least = 1.0e300;    // of flaws, in all elements of this rank
+  };
+  void draw();
+  void draw_batch(int batch, const std::vector<int> &bits, std::vector<Found> &);
+  std::vector<int> group_bits(int part) const;
+  void tell(int part, const std::vector<Found> &) const;
+  void find_limits();
+  double share_of_strength(int part) const;
+  const Corners *find(int i, tagint element) const;
+
+  /** Reference positions of ghosts as their owners have them: never wrapped, so that sizes are the same on all ranks. */
+  class Places : public DefeMessage {
+   public:
+    explicit Places(DefeSystem &s) : sys(s) {}
+    std::vector<std::array<double, 3>> X;
+    int pack_forward(int n, const int *list, const double *shift, double *buf) override;
+    void unpack_forward(int n, int first, const double *buf) override;
+
+   private:
+    DefeSystem &sys;
+  } places;
+
+  /** Strengths of DEs. */
+  class OfGhosts : public DefeMessage {
+   public:
+    std::vector<double> strength;    // by atom
+    int pack_forward(int n, const int *list, const double *shift, double *buf) override;
+    void unpack_forward(int n, int first, const double *buf) override;
+  } now;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
