@@ -195,9 +195,8 @@ void DefeStrengths::tell(int part, const std::vector<Found> &found) const
                  "before the first run",
                  p.name, f.surface);
     if (comm->me == 0)
-      utils::logmesg(lmp, "Fix defe: strength of part {}, {}: {}, {} {:.6g}\n", p.name,
-                     f.surface.empty() ? "inside" : "surface " + f.surface, f.words(),
-                     f.surface.empty() ? "volume" : "area", size);
+      utils::logmesg(lmp, "Fix defe: strength of part {}: {}, on {} {:.6g}\n", p.name, f.words(),
+                     f.surface.empty() ? "a volume of" : "an area of", size);
     if (k + 1 == found.size() && comm->me == 0)
       utils::logmesg(lmp, "Fix defe: strength of part {}: least {:.6g}\n", p.name, least);
   }

@@ -1,7 +1,7 @@
 #ifndef DEFE_TEST_GLASS_BARS_H
 #define DEFE_TEST_GLASS_BARS_H
 
-// Many small bars of glass side by side in one box, all pulled alike, each until it breaks at a strength of its own.
+// Many small bars of glass side by side in one box, all pulled or bent alike, each until it breaks at a strength of its own.
 
 #include "events.h"
 #include "lammps_run.h"
@@ -23,7 +23,9 @@ struct Bars {
   std::string coeff = "scatter 0";    // behind the numbers of cohesive
   std::string strength = "strength glass constant 60e6";
   std::string options;
-  double most = 80e6;    // tension at the end of all steps
+  bool bend =
+      false;    // or pull. At their centers elements do not see what their outer DEs will bear
+  double most = 80e6;    // tension at the end of all steps; bent, of the outermost DEs
   int steps = 400;
 
   int count() const { return rows * columns; }
@@ -41,7 +43,7 @@ struct Bars {
   {
     return "fix fe all defe material glass elastic " + number(E) + " " + number(nu) + " " +
         number(rho) + " convert glass " + number(convert) + " type 2 group particles " + start +
-        " shield no " + strength + " " + options + "\n";
+        " shield no stress " + (bend ? "gauss " : "centre ") + strength + " " + options + "\n";
   }
   std::string mesh() const
   {
@@ -76,18 +78,39 @@ struct Bars {
         number(sigma_t) + " 10 0.1 " + coeff + " contact 0.9 0.2\ngroup particles empty\n" + fix() +
         mesh() + motion();
   }
-  /// Uniaxial tension everywhere that grows with the rate; from rest to motion at once.
-  void pull(Lammps &lmp) const
+  /// A field that is in equilibrium at any time grows with the rate, from rest to motion at once: uniaxial tension
+  /// everywhere, or pure bending about z, tension where y is least.
+  void load(Lammps &lmp) const
   {
     lmp.change([this](Particle &p) {
-      const double v = rate();
-      p.v[0] = v * p.x[0];
-      for (int k = 1; k < 3; k++) {
-        const double from = p.x[k] + 0.25 * width;    // a bar begins at a multiple of the pitch
-        const double middle = pitch() * std::floor(from / pitch()) + 0.5 * width;
-        p.v[k] = -nu * v * (p.x[k] - middle);
+      double at[3] = {p.x[0] - 0.5 * length, 0.0, 0.0};    // from the middle of the bar
+      for (int k = 1; k < 3; k++)    // a bar begins at a multiple of the pitch
+        at[k] = p.x[k] - pitch() * std::floor((p.x[k] + 0.25 * width) / pitch()) - 0.5 * width;
+      const auto [x, y, z] = at;
+      if (!bend) {
+        p.v = rate() * Vec3(x, -nu * y, -nu * z);
+        return;
       }
+      const double curving = rate() / outermost();
+      p.v = curving * Vec3(-x * y, 0.5 * (x * x + nu * (y * y - z * z)), nu * y * z);
     });
+  }
+  /// Of the middles of DEs, from that of the bar.
+  double outermost() const { return 0.5 * width * (1.0 - 0.5 / across); }
+  /// Area of the surface of DEs, weighted with the power `shape` of their tension over the largest.
+  double effective_surface(double shape) const
+  {
+    if (!bend) return surface();
+    const int n = 2 * across, m = 2 * along;
+    double sum = 0.0;
+    for (int i = 0; i < m; i++)
+      for (int j = 0; j < n / 2; j++)
+        for (int k = 0; k < n; k++) {
+          const int faces = (i == 0) + (i == m - 1) + (j == 0) + (k == 0) + (k == n - 1);
+          const double tension = (n - 1.0 - 2.0 * j) / (n - 1.0);
+          sum += faces * 0.25 * h() * h() * std::pow(tension, shape);
+        }
+    return sum;
   }
   int bar_of(const double *x) const
   {
@@ -106,6 +129,34 @@ struct Bars {
     return first;
   }
 };
+
+/// Shape and scale of a sample from a Weibull distribution, by maximum likelihood.
+struct Fit {
+  double shape, scale;
+};
+
+inline Fit fit_weibull(const std::vector<double> &sample)
+{
+  const double n = static_cast<double>(sample.size());
+  double logs = 0.0;
+  for (double s : sample) logs += std::log(s) / n;
+  const auto sums = [&](double shape) {
+    double powers = 0.0, weighted = 0.0;
+    for (double s : sample) {
+      const double l = std::log(s) - logs, power = std::exp(shape * l);
+      powers += power;
+      weighted += power * l;
+    }
+    return std::pair(powers, weighted);
+  };
+  double low = 0.1, high = 100.0;    // weighted/powers - 1/shape rises with the shape
+  for (int k = 0; k < 60; k++) {
+    const double shape = 0.5 * (low + high);
+    const auto [powers, weighted] = sums(shape);
+    (weighted / powers - 1.0 / shape < 0.0 ? low : high) = shape;
+  }
+  return {low, std::exp(logs) * std::pow(sums(low).first / n, 1.0 / low)};
+}
 
 /// Tension at which each bar broke, and the least strength that was drawn for it.
 struct Broken {
@@ -133,7 +184,7 @@ inline Broken break_all(const Bars &bars, const std::string &events, MPI_Comm co
       double &least = result.drawn[bars.bar_of(p.x.data())];
       if (born.at(tag) > 0.0) least = std::min(least, born.at(tag));
     }
-    with.pull(lmp);
+    with.load(lmp);
     lmp.run(with.steps);
   }
   MPI_Barrier(comm);

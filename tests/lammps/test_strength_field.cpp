@@ -59,6 +59,7 @@ std::string message(const Block &block, const std::string &after = "run 0\n")
 
 }    // namespace
 
+// 100 small bars; 200 on two meshes are verification/test_strength_of_bars.cpp.
 TEST(StrengthField, BarsBreakAsTheirFlawsSay)
 {
   Bars bars;

@@ -51,6 +51,7 @@ class CrackBody {
   CohesiveParameters law;
   CrackGrowthParameters parameters;
   std::vector<CrackNuclei> nuclei = std::vector<CrackNuclei>(4);
+  std::vector<double> flaws;    // strength by DE, see give_flaws()
 
   std::vector<std::int64_t> id;
   std::vector<std::array<double, 3>> X;
@@ -113,6 +114,18 @@ class CrackBody {
     prepare_boxes();
   }
 
+  void give_flaws(const std::vector<double> &strength)
+  {
+    flaws = strength;
+    for (int i = 0; i < n; ++i) {
+      double least = law.sigma_t;
+      for (int other : partner[i])
+        if (other >= 0) least = std::min({least, flaws[i], flaws[other / 6]});
+      quiet[i] = crack_quiet_energy(crack_least_volume(block.de[i].cell), moduli, least,
+                                    CrackGrowth::quiet_share);
+    }
+  }
+
   CrackLattice lattice() const
   {
     return {n,
@@ -128,7 +141,7 @@ class CrackBody {
     static thread_local double table[4];
     table[0] = law.sigma_t;
     table[1] = table[2] = table[3] = HUGE_VAL;
-    return {type.data(), 2, table, nuclei.data()};
+    return {type.data(), 2, table, nuclei.data(), flaws.empty() ? nullptr : flaws.data()};
   }
   Vec3 reference(int i) const { return Vec3(X[i][0], X[i][1], X[i][2]); }
   CrackGeometry geometry(int joint) const

@@ -570,8 +570,45 @@ TEST(CrackGrowth, ScatterOfNuclei)
   EXPECT_EQ(strong(0.01, 1.011), strong(0.01, 1.15));
 }
 
+// One weak DE, the others are stronger than sigma_t; then DEs without a say.
+TEST(CrackGrowth, FlawsSayWhereNucleiStart)
+{
+  CrackBody body(box_mesh(8, 8, 8, h), law, true);
+  spare_the_surface(body);
+  body.nuclei[0].scatter = 0.0;
+  const Vec3 n = Vec3::UnitY();
+  const auto starts = [&](double stress) {
+    const Mat3 F = strain_of(stress * law.sigma_t * n * n.transpose());
+    for (int i = 0; i < body.n; ++i) body.x[i] = F * body.reference(i);
+    body.forces();
+    body.decide();
+    return body.starts.size();
+  };
+  int weak = 0;
+  for (int i = 0; i < body.n; ++i)
+    if (body.reference(i).cwiseAbs().maxCoeff() < 0.6 * d && body.type[i] == 0) weak = i;
+  std::vector<double> strength(body.n, 2.6 * law.sigma_t);
+  strength[weak] = 0.5 * law.sigma_t;
+  body.give_flaws(strength);
+  EXPECT_EQ(starts(0.49), 0u);
+  for (double stress :
+       {0.51, 1.5, 2.5}) {    // the overstrength of branches, 2, is none of its business
+    EXPECT_EQ(starts(stress), 1u) << stress;
+    const int joint = body.starts.front().joint;
+    EXPECT_TRUE(joint / 6 == weak || body.partner[joint / 6][joint % 6] / 6 == weak);
+    EXPECT_EQ(body.starts.front().origin, CrackStart::NUCLEUS);
+  }
+  EXPECT_GT(starts(2.7), 5u);
+  strength[weak] = HUGE_VAL;    // the others decide, and alone it keeps sigma_t
+  body.give_flaws(strength);
+  EXPECT_EQ(starts(2.5), 0u);
+  body.give_flaws(std::vector<double>(body.n, HUGE_VAL));
+  EXPECT_EQ(starts(0.99), 0u);
+  EXPECT_GT(starts(1.01), 5u);
+}
+
 // A joint that is left alone in its ring, and a crack's own neighbourhood.
-TEST(CrackGrowth, BesideACrackNothingNucleates)
+void beside_a_crack(double flaws)
 {
   CrackBody body(box_mesh(6, 6, 6, h), law, true);
   spare_the_surface(body);
@@ -581,6 +618,7 @@ TEST(CrackGrowth, BesideACrackNothingNucleates)
         return true;
       },
       n, 0.1 * d);
+  if (flaws > 0.0) body.give_flaws(std::vector<double>(body.n, flaws * law.sigma_t));
   for (const auto &[overstrength, stress, opens] :
        {std::tuple{2.0, 1.5, false}, {2.0, 2.2, true}, {1.3, 1.5, true}, {3.0, 2.2, false}}) {
     body.nuclei[0].overstrength = overstrength;
@@ -593,7 +631,14 @@ TEST(CrackGrowth, BesideACrackNothingNucleates)
       const Vec3 c = body.reference(s.joint / 6) + 0.5 * body.lattice().vector(s.joint);
       beside = beside || std::abs(c[1] - 0.1 * d) < 1.5 * d;
     }
-    EXPECT_FALSE(body.starts.empty());
+    EXPECT_EQ(body.starts.empty(), flaws > stress && !opens);
     EXPECT_EQ(beside, opens) << overstrength << ", " << stress;
   }
+}
+
+TEST(CrackGrowth, BesideACrackNothingNucleates)
+{
+  beside_a_crack(0.0);
+  beside_a_crack(0.5);    // branches have sigma_t whatever the flaws
+  beside_a_crack(5.0);
 }
