@@ -49,6 +49,7 @@ class Accept:
     high: float = math.inf
     unit: str = ""
     certain: bool = True    # False: the source is not certain; shown, does not fail
+    known: bool = False    # it is known not to be met, README.md says why; shown, does not fail
     digits: int = 3
 
     def bounds(self):
@@ -67,7 +68,7 @@ class Accept:
     def verdict(self, value):
         low, high = self.bounds()
         inside = value is not None and math.isfinite(value) and low <= value <= high
-        return "within" if inside else "not within"
+        return "within" if inside else "not within, known" if self.known else "not within"
 
 
 def number(value, digits=3):
@@ -247,7 +248,7 @@ def acceptance_table(rows):
         unit = f" ({r['unit']})" if r["unit"] else ""
         table.append([r["quantity"] + unit, number(r["here"], r["digits"]), r["published"],
                       r["verdict"] + ("" if r["certain"] else ", source not certain"), r["source"]])
-        classes.append("" if r["verdict"] == "within" else "no" if r["certain"] else "open")
+        classes.append("" if r["verdict"] == "within" else "no" if r["certain"] else "open")    # known ones are red, too
     return html_table(table, classes)
 
 
@@ -369,7 +370,7 @@ def main():
         values = module.run(session)
         results[name] = {"title": module.TITLE, "rows": judge(module, values), "shown": session.shown, "seconds": time.time() - start,
                          "loop_seconds": session.loops}
-        failed += [f"{name}: {r['quantity']}" for r in results[name]["rows"] if r["certain"] and r["verdict"] != "within"]
+        failed += [f"{name}: {r['quantity']}" for r in results[name]["rows"] if r["certain"] and r["verdict"] == "not within"]
     print_table(results)
     page(results, options.out)
     (options.out / "results.json").write_text(json.dumps({n: {k: v for k, v in r.items() if k != "shown"} for n, r in results.items()},
