@@ -125,6 +125,28 @@ TEST(StrengthField, DrawnAlikeOnAnyRanksLateOrFromTheStart)
   for (const auto &[id, strength] : left) EXPECT_EQ(strength, elements.at(id));
 }
 
+// Sizes do not depend on the image in which a processor has an element: the same bits.
+TEST(StrengthField, DrawnAlikeAcrossAPeriodicBorder)
+{
+  Block block;
+  block.boundary = "p f f";
+  block.lo[0] = 0.03 - 3.0 * block.h + 1e-4;
+  block.options = flaws_of_beam;
+  const auto drawn = [&](MPI_Comm comm, double moved) {
+    Block other = block;
+    other.lo[0] += moved;
+    Lammps lmp(comm);
+    lmp.commands(other.script() + computes + "run 0\n");
+    return of_elements(lmp);
+  };
+  const auto across = drawn(MPI_COMM_WORLD, 0.0);
+  ASSERT_EQ(across.size(), 24u);
+  if (rank_of(MPI_COMM_WORLD) == 0) { EXPECT_EQ(drawn(MPI_COMM_SELF, 0.0), across); }
+  MPI_Barrier(MPI_COMM_WORLD);
+  for (const auto &[id, strength] : drawn(MPI_COMM_WORLD, -0.02))
+    EXPECT_NEAR(strength, across.at(id), 1e-9 * strength);
+}
+
 // At the share of its strength that the conversion stress has of sigma_t.
 TEST(StrengthField, ElementsConvertAtTheirShare)
 {
