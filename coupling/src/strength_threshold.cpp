@@ -1,4 +1,4 @@
-#include "criterion_words.h"
+#include "strength_words.h"
 
 #include "defe/coupling/strength_field.h"
 
@@ -27,7 +27,7 @@ namespace {
 
   std::unique_ptr<StrengthLaw> make(fe::LawWords &words, std::string &complaint)
   {
-    const double shape = positive(words, "shape", complaint);
+    const double shape = shape_of(words, complaint);
     const double scale = positive(words, "scale", complaint);
     const double least = positive(words, "threshold", complaint);
     return std::make_unique<Threshold>(shape, scale, least);

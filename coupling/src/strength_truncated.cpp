@@ -1,4 +1,4 @@
-#include "criterion_words.h"
+#include "strength_words.h"
 
 #include "defe/coupling/strength_field.h"
 
@@ -29,9 +29,11 @@ namespace {
 
   std::unique_ptr<StrengthLaw> make(fe::LawWords &words, std::string &complaint)
   {
-    const double shape = positive(words, "shape", complaint);
+    const double shape = shape_of(words, complaint);
     const double scale = positive(words, "scale", complaint);
     const double least = positive(words, "truncation", complaint);
+    if (!std::isfinite(std::pow(least / scale, shape)))
+      complaint = "the truncation is too far above the scale: nothing is left of the distribution";
     return std::make_unique<Truncated>(shape, scale, least);
   }
 

@@ -1,4 +1,4 @@
-#include "criterion_words.h"
+#include "strength_words.h"
 
 #include "defe/coupling/strength_field.h"
 
@@ -21,7 +21,7 @@ namespace {
 
   std::unique_ptr<StrengthLaw> make(fe::LawWords &words, std::string &complaint)
   {
-    const double shape = positive(words, "shape", complaint);
+    const double shape = shape_of(words, complaint);
     const double scale = positive(words, "scale", complaint);
     return std::make_unique<Weibull>(shape, scale);
   }

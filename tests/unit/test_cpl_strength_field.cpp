@@ -265,7 +265,10 @@ TEST(StrengthField, WordsAreReadOrExplained)
   EXPECT_THAT(complaint({}), HasSubstr("the distribution is missing"));
   EXPECT_THAT(complaint({"weibull", "7", "volume"}),
               HasSubstr("must be a number, not volume: use weibull shape scale"));
-  EXPECT_EQ(complaint({"weibull", "0", "70e6"}), "shape must be > 0, not 0");
+  EXPECT_EQ(complaint({"weibull", "0", "70e6"}), "shape must be 0.5 to 100, not 0");
+  EXPECT_EQ(complaint({"weibull", "7", "0"}), "scale must be > 0, not 0");
+  EXPECT_EQ(complaint({"threshold", "101", "70e6", "5e6"}), "shape must be 0.5 to 100, not 101");
+  EXPECT_THAT(complaint({"truncated", "100", "70e6", "70e10"}), HasSubstr("nothing is left"));
   EXPECT_EQ(complaint({"threshold", "7", "70e6", "-1"}), "threshold must be > 0, not -1");
   EXPECT_THAT(complaint({"weibull", "7", "70e6", "seed", "5"}), HasSubstr("volume V0"));
   EXPECT_THAT(complaint({"weibull", "7", "70e6", "area", "1", "seed", "5"}),
