@@ -221,6 +221,29 @@ TEST(StrengthField, SameOnAnyRanksAndOverARestart)
   }
 }
 
+TEST(StrengthField, AConstantOfSigmaTChangesNothing)
+{
+  for (const std::string law : {"", " lattice"}) {
+    Block block = cracking_beam();
+    block.coeff = "connective material cohesive 6e7 10.0 0.1" + law + " contact 0.9 0.2";
+    const auto events = [&](const std::string &strength, const std::string &file) {
+      block.options = strength + " events " + file;
+      remove_file(file);
+      {
+        Lammps lmp;
+        lmp.commands(block.script());
+        bend(lmp, block);
+        lmp.run(150);
+      }
+      MPI_Barrier(MPI_COMM_WORLD);
+      return history(file);
+    };
+    const History without = events("", "without.txt");
+    EXPECT_GT(without.size(), 30u) << "a poor example";
+    EXPECT_EQ(events("strength glass constant 6e7", "constant.txt"), without) << law;
+  }
+}
+
 // Strengths are in the restart file: others than these would not be those that are said.
 TEST(StrengthField, AnotherOneAfterARestartIsRefused)
 {
