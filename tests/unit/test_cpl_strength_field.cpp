@@ -2,6 +2,7 @@
 // distributions are given.
 
 #include "defe/coupling/strength_field.h"
+#include "defe/fe/hex8.h"
 
 #include <gmock/gmock.h>
 
