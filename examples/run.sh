@@ -69,10 +69,7 @@ while (($#)); do
 done
 
 "$DEFE_ROOT/tools/install-deps.sh" build plots
-# A new build directory gets by without the tests; an existing one stays as it is.
-configure=()
-if [[ ! -f $DEFE_ROOT/build/release/CMakeCache.txt ]]; then configure=(-D DEFE_TESTS=OFF); fi
-defe_build release defeplugin -- "${configure[@]}"
+defe_build_plugin
 
 export DEFE_LMP=$DEFE_ROOT/build/release/lmp
 export DEFE_PLUGIN=$DEFE_ROOT/build/release/defeplugin.so

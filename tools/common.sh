@@ -60,6 +60,13 @@ defe_build() {
   grep -E 'warning:' "$log" | sort -u | head -n 20 >&2 || true
 }
 
+# defe_build_plugin: the plugin alone. A new build/release gets by without the tests; an existing one stays as it is.
+defe_build_plugin() {
+  local configure=()
+  if [[ ! -f $DEFE_ROOT/build/release/CMakeCache.txt ]]; then configure=(-D DEFE_TESTS=OFF); fi
+  defe_build release defeplugin -- "${configure[@]}"
+}
+
 # The first Python that has what the plots need (a python3 in PATH may not be Debian's).
 defe_python() {
   local python

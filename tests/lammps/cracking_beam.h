@@ -43,6 +43,45 @@ inline History history(const std::string &file, long after = -1)
   return list;
 }
 
+/// The same events on all ranks and on one, and what is left of them over a restart in the middle. Files begin with `name`.
+/// \param before  more events than this come before the restart
+inline void same_on_any_ranks_and_over_a_restart(Block block, const std::string &name, int end,
+                                                 std::size_t before = 0)
+{
+  constexpr int middle = 100;
+  const std::string options = block.options;
+  const auto run = [&](MPI_Comm comm, const std::string &events) {
+    block.options = options + " events " + events;
+    remove_file(events, comm);
+    Lammps lmp(comm);
+    lmp.commands(block.script());
+    bend(lmp, block);
+    lmp.run(middle);
+    lmp.command("write_restart " + events + ".restart");
+    lmp.run(end - middle);
+    MPI_Barrier(comm);
+    return lmp.particles();
+  };
+  run(MPI_COMM_WORLD, name + ".txt");
+  const History whole = history(name + ".txt");
+  on_one_rank([&] {
+    return run(MPI_COMM_SELF, name + ".one.txt");
+  });
+  EXPECT_EQ(whole, history(name + ".one.txt"));
+  const History rest = history(name + ".txt", middle);
+  EXPECT_GT(rest.size(), 10u) << "a poor example";
+  EXPECT_LT(rest.size() + before, whole.size()) << "a poor example";
+
+  block.options = options + " events " + name + ".rest.txt";
+  remove_file(name + ".rest.txt");
+  Lammps lmp;
+  lmp.commands(block.header() + "read_restart " + name + ".txt.restart\n" + block.fix_only() +
+               block.motion());
+  lmp.run(end - middle);
+  MPI_Barrier(MPI_COMM_WORLD);
+  EXPECT_EQ(history(name + ".rest.txt"), rest);
+}
+
 }    // namespace defe::test
 
 #endif

@@ -108,41 +108,11 @@ TEST(Criterion, EntryOfTheLargestStress)
 
 TEST(Criterion, SameOnAnyRanksAndOverARestart)
 {
-  constexpr int middle = 100, end = 220;
   for (const std::string criterion : {"strain 7.6e-4", "mises 5.6e7", "mohr 4e7 20"}) {
     SCOPED_TRACE(criterion);
     Block block = cracking_beam();
     block.convert = criterion + " type 2 group particles";
-    const auto run = [&](MPI_Comm comm, const std::string &events) {
-      block.options = "events " + events;
-      remove_file(events, comm);
-      Lammps lmp(comm);
-      lmp.commands(block.script());
-      bend(lmp, block);
-      lmp.run(middle);
-      lmp.command("write_restart " + events + ".restart");
-      lmp.run(end - middle);
-      MPI_Barrier(comm);
-      return lmp.particles();
-    };
-    run(MPI_COMM_WORLD, "criterion.txt");
-    const History whole = history("criterion.txt");
-    on_one_rank([&] {
-      return run(MPI_COMM_SELF, "criterion.one.txt");
-    });
-    EXPECT_EQ(whole, history("criterion.one.txt"));
-    const History rest = history("criterion.txt", middle);
-    EXPECT_GT(rest.size(), 10u) << "a poor example";
-    EXPECT_LT(rest.size(), whole.size()) << "a poor example";
-
-    block.options = "events criterion.rest.txt";
-    remove_file("criterion.rest.txt");
-    Lammps lmp;
-    lmp.commands(block.header() + "read_restart criterion.txt.restart\n" + block.fix_only() +
-                 block.motion());
-    lmp.run(end - middle);
-    MPI_Barrier(MPI_COMM_WORLD);
-    EXPECT_EQ(history("criterion.rest.txt"), rest);
+    same_on_any_ranks_and_over_a_restart(block, "criterion", 220);
   }
 }
 

@@ -183,41 +183,12 @@ TEST(StrengthField, ElementsConvertAtTheirShare)
 
 TEST(StrengthField, SameOnAnyRanksAndOverARestart)
 {
-  constexpr int middle = 100, end = 200;
   for (const std::string law : {"", " lattice"}) {
     SCOPED_TRACE(law);
     Block block = cracking_beam();
     block.coeff = "connective material cohesive 6e7 10.0 0.1" + law + " contact 0.9 0.2";
-    const auto run = [&](MPI_Comm comm, const std::string &events) {
-      block.options = flaws_of_beam + "events " + events;
-      remove_file(events, comm);
-      Lammps lmp(comm);
-      lmp.commands(block.script());
-      bend(lmp, block);
-      lmp.run(middle);
-      lmp.command("write_restart " + events + ".restart");
-      lmp.run(end - middle);
-      MPI_Barrier(comm);
-      return lmp.particles();
-    };
-    run(MPI_COMM_WORLD, "flaws.txt");
-    const History whole = history("flaws.txt");
-    on_one_rank([&] {
-      return run(MPI_COMM_SELF, "flaws.one.txt");
-    });
-    EXPECT_EQ(whole, history("flaws.one.txt"));
-    const History rest = history("flaws.txt", middle);
-    EXPECT_GT(rest.size(), 10u) << "a poor example";
-    EXPECT_LT(rest.size() + 10, whole.size()) << "a poor example";
-
-    block.options = flaws_of_beam + "events flaws.rest.txt";
-    remove_file("flaws.rest.txt");
-    Lammps lmp;
-    lmp.commands(block.header() + "read_restart flaws.txt.restart\n" + block.fix_only() +
-                 block.motion());
-    lmp.run(end - middle);
-    MPI_Barrier(MPI_COMM_WORLD);
-    EXPECT_EQ(history("flaws.rest.txt"), rest);
+    block.options = flaws_of_beam;
+    same_on_any_ranks_and_over_a_restart(block, "flaws", 200, 10);
   }
 }
 

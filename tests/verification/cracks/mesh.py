@@ -43,13 +43,21 @@ class Mesh:
         self.X, self.hex = nodes[used], inverse.reshape(-1, 8)
         self.centre = self.X[self.hex].mean(axis=1)
 
+    def reach(self, margin=0.01):
+        """Corners of the box that write() gives to LAMMPS."""
+        return 1.5 * self.X.min(axis=0) - margin, 1.5 * self.X.max(axis=0) + margin
+
+    def box(self, margin=0.01):
+        """The same as variables xlo to zhi."""
+        return {c + e: float(v[k]) for e, v in zip(('lo', 'hi'), self.reach(margin)) for k, c in enumerate('xyz')}
+
     def write(self, file, types, part=None, held=None, margin=0.01):
         """part: names, of each element; nodes of elements that are held have type 2. margin: of the box."""
         part = np.full(len(self.hex), 'glass') if part is None else part
         kind = np.ones(len(self.X), int)
         if held is not None:
             kind[self.hex[held].ravel()] = 2
-        lo, hi = 1.5 * self.X.min(axis=0) - margin, 1.5 * self.X.max(axis=0) + margin
+        lo, hi = self.reach(margin)
         with open(file, 'w') as out:
             out.write(f'lattice\n\n{len(self.X)} atoms\n{types} atom types\n{len(self.hex)} hexes\n\n')
             for k, name in enumerate('xyz'):

@@ -112,10 +112,8 @@ class Strip:
         held = np.abs(mesh.centre[:, 1]) > half[1] - 2.5 * D
         tough = held | (mesh.centre[:, 0] > (self.right - self.tough_end) * D)
         mesh.write(path(name + '.data'), 5, np.where(tough, 'grip', 'glass'), held)
-        lo, hi = 1.5 * mesh.X.min(axis=0) - 0.01, 1.5 * mesh.X.max(axis=0) + 0.01
-        box = {f'{c}{e}': float(v) for k, c in enumerate('xyz') for e, v in (('lo', lo[k]), ('hi', hi[k]))}
         run_lammps('in.strip', name, mesh=name + '.data', law=law, gf=gf, start=start, strain=strain, rate=rate,
-                   stop=stop * D, steps=steps, **box)
+                   stop=stop * D, steps=steps, **mesh.box())
         self.gf = gf
         self.read(name)
         for end in ('data', 'joints', 'events', 'log'):

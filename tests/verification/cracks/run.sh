@@ -13,7 +13,5 @@ case ${1:-} in
   -h | --help) sed -n '2,7s/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
 esac
 "$DEFE_ROOT/tools/install-deps.sh" build plots
-configure=()
-if [[ ! -f $DEFE_ROOT/build/release/CMakeCache.txt ]]; then configure+=(-D DEFE_TESTS=OFF); fi
-defe_build release defeplugin -- "${configure[@]}"
+defe_build_plugin
 exec "$(defe_python)" "$DEFE_ROOT/tests/verification/cracks/run.py" --lmp "$DEFE_ROOT/build/release/lmp" --plugin "$DEFE_ROOT/build/release" "$@"

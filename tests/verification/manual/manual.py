@@ -84,16 +84,15 @@ class Energies:
         self.step = table[:, 0]
         for k, name in enumerate(ENTRIES):
             setattr(self, name, table[:, 1 + k])
+        self.scale = max(np.abs(self.external).max(), np.abs(self.total).max(), (self.e_kinetic + self.e_elements + self.e_joints).max())
 
     def rise(self):
         """Largest rise of the total above an earlier value, over the largest of what was put in or was there."""
-        scale = max(np.abs(self.external).max(), np.abs(self.total).max(), (self.e_kinetic + self.e_elements + self.e_joints).max())
-        return float((self.total - np.minimum.accumulate(self.total)).max() / scale)
+        return float((self.total - np.minimum.accumulate(self.total)).max() / self.scale)
 
     def drift(self):
         """Largest deviation of the balance, which should be constant, over the same."""
-        scale = max(np.abs(self.external).max(), np.abs(self.total).max(), (self.e_kinetic + self.e_elements + self.e_joints).max())
-        return float(np.abs(self.balance - self.balance[0]).max() / scale)
+        return float(np.abs(self.balance - self.balance[0]).max() / self.scale)
 
 
 class Session:

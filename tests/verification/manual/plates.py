@@ -71,10 +71,6 @@ class NotchedPlate:
             for k in loaded:
                 out.write(f"{k + 1} {force[k]:.12g}\n")
 
-    def box(self):
-        lo, hi = 1.5 * self.mesh.X.min(axis=0) - 0.01, 1.5 * self.mesh.X.max(axis=0) + 0.01
-        return {f"{c}{e}": float(v) for k, c in enumerate("xyz") for e, v in (("lo", lo[k]), ("hi", hi[k]))}
-
 
 class Crack:
     """What the event file of a plate says. Lengths in m from the end of the notch, times in s."""

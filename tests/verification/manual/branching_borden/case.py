@@ -37,7 +37,7 @@ def run(s):
         steps = int(END / dt)
         s.lammps("../branching_soda_lime/in.plate", name, mesh=name + ".data", traction=name + ".force", pull=PULL, young=E, nu=NU,
                  rho=RHO, sigma=SIGMA_T, gf=GF, start=start, dt=dt, steps=steps, every=max(1, steps // 100), skin=0.15 * h,
-                 **plate.box())
+                 **plate.mesh.box())
         for end in ("data", "force"):
             s.path(f"{name}.{end}").unlink()
         return name, plate, Crack(s.path(name + ".events"), 0.0, h / 2), dt

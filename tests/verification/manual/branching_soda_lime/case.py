@@ -41,7 +41,7 @@ def run(s):
         dt = stable_step(E, NU, RHO, h) * (0.5 if moved else 1.0)
         steps = int(END / dt)
         s.lammps("in.plate", name, mesh=name + ".data", traction=name + ".force", pull=pull * 1e6, young=E, nu=NU, rho=RHO,
-                 sigma=SIGMA_T, gf=GF, start=start, dt=dt, steps=steps, every=max(1, steps // 100), skin=0.15 * h, **plate.box())
+                 sigma=SIGMA_T, gf=GF, start=start, dt=dt, steps=steps, every=max(1, steps // 100), skin=0.15 * h, **plate.mesh.box())
         crack = Crack(s.path(name + ".events"), 0.0, h / 2)
         for end in ("data", "force"):
             s.path(f"{name}.{end}").unlink()

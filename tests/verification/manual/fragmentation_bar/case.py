@@ -35,15 +35,12 @@ def run(s):
                     np.array([LENGTH / 2 + h, h, h]), shift=(0.5, 0.0, 0.0))
         ends = np.abs(mesh.centre[:, 0]) > LENGTH / 2 - 2 * h
         mesh.write(s.path(name + ".data"), 3, np.where(ends, "edge", "body"), ends, margin=6.0 * h)
-        reach = np.array([0.75 * LENGTH + 6.0 * h, 6.0 * h, 6.0 * h])
-        lo, hi = -reach, reach
-        box = {f"{c}{e}": float(v) for k, c in enumerate("xyz") for e, v in (("lo", lo[k]), ("hi", hi[k]))}
         dt = 0.5 * stable_step(E, NU, RHO, h)    # thousands of softening joints that rattle: the total would rise by 0.2 %
         # until the strength is reached, and twenty times as long as a fragment of the formula takes to be unloaded, and to open
         end = SIGMA_T / (E * rate) + 20.0 * LENGTH / formula(rate) / 1e4 + 4.0 * 2.0 * GF / SIGMA_T / (rate * LENGTH / formula(rate))
         steps = int(end / dt)
         s.lammps("in.bar", name, mesh=name + ".data", rate=rate, young=E, nu=NU, rho=RHO, sigma=SIGMA_T, gf=GF, start=start, dt=dt,
-                 steps=steps, every=max(1, steps // 60), skin=0.15 * h, **box)
+                 steps=steps, every=max(1, steps // 60), skin=0.15 * h, **mesh.box(6.0 * h))
         s.path(name + ".data").unlink()
         pieces = np.loadtxt(s.path(name + ".pieces"))
         return name, dt, pieces

@@ -36,7 +36,7 @@ def run(s):
         steps = int(END / dt)
         s.lammps("in.kalthoff", name, mesh=name + ".data", speed=SPEED, young=E, nu=NU, rho=RHO, sigma=SIGMA_T, gf=GF, start=start,
                  dt=dt, steps=steps, every=max(1, steps // 100), skin=0.15 * h, left=-0.05, low=plate.low + (moved + 0.01) * h, layer=layer,
-                 **plate.box())
+                 **plate.mesh.box())
         s.path(name + ".data").unlink()
         return name, plate, Crack(s.path(name + ".events"), 0.0, h / 2), dt
 

@@ -33,12 +33,10 @@ def run(s):
         mesh = Mesh(edge, turned(angle), lambda c: (np.abs(c) < [half, half, THICKNESS / 2]).all(axis=1),
                     np.array([1.45 * half, 1.45 * half, THICKNESS / 2]) + 2 * h, shift=(0.5, 0.5, 0.5))
         mesh.write(s.path(name + ".data"), 4, np.full(len(mesh.hex), "body"))
-        lo, hi = 1.5 * mesh.X.min(axis=0) - 0.01, 1.5 * mesh.X.max(axis=0) + 0.01
-        box = {f"{c}{e}": float(v) for k, c in enumerate("xyz") for e, v in (("lo", lo[k]), ("hi", hi[k]))}
         dt = stable_step(E, NU, RHO, h)
         steps = int(END / dt)
         s.lammps("in.pane", name, mesh=name + ".data", speed=speed, radius=RADIUS, off_x=0.13 * h, off_y=0.21 * h, thickness=THICKNESS, young=E, nu=NU, rho=RHO,
-                 sigma=SIGMA_T, gf=GF, start="no", dt=dt, steps=steps, every=max(1, steps // 60), skin=0.15 * h, **box)
+                 sigma=SIGMA_T, gf=GF, start="no", dt=dt, steps=steps, every=max(1, steps // 60), skin=0.15 * h, **mesh.box())
         s.path(name + ".data").unlink()
         return name, dt, Crack(s.path(name + ".events"), 0.0, h / 2)
 
