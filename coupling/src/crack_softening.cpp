@@ -9,12 +9,6 @@ namespace defe {
 
 namespace {
 
-  /// Least product of the stiffnesses against turning about the three axes, over the cube of their sum, for which joints say
-  /// how a DE has turned: 0.037 for three or six perpendicular ones, 0.031 for two, 0.015 for two at 45 degrees, 0 on a line.
-  /// Below, what little they say about the axis of the line is magnified: beside softening joints that is a stiffness beyond
-  /// all others, and the time step too long.
-  constexpr double line_limit = 0.015;
-
   struct Projected {
     double area, length;
   };
@@ -88,122 +82,6 @@ namespace {
   }
 
 }    // namespace
-
-// --- rotation ---------------------------------------------------------------
-
-namespace {
-
-  /// Largest root of the characteristic polynomial of Horn's matrix for A of Frobenius norm 1: the sum of the singular
-  /// values (the least one negative if det A < 0). Newton's method, from above (all roots are real) or from `guess`: the
-  /// polynomial is convex there, so that one step leads from below to above.
-  double horn_eigenvalue(const Mat3 &A, double guess)
-  {
-    const double det = A.determinant();
-    Mat3 cofactor;
-    cofactor.col(0) = A.col(1).cross(A.col(2));
-    cofactor.col(1) = A.col(2).cross(A.col(0));
-    cofactor.col(2) = A.col(0).cross(A.col(1));
-    const double c0 = 1.0 - 4.0 * cofactor.squaredNorm();
-    double x = (4.0 * guess * guess - 4.0) * guess - 8.0 * det > 1.0 ? guess : std::sqrt(3.0);
-    for (int k = 0; k < 60; ++k) {
-      const double p = ((x * x - 2.0) * x - 8.0 * det) * x + c0;
-      const double slope = (4.0 * x * x - 4.0) * x - 8.0 * det;
-      if (!(slope > 0.0)) break;
-      const double step = p / slope;
-      x -= step;
-      if (!((k == 0 ? std::abs(step) : step) > 1e-15)) break;
-    }
-    return x;
-  }
-
-  /// Column c of the adjugate of a 4 x 4 matrix, by minors.
-  Eigen::Vector4d adjugate_column(const Eigen::Matrix4d &N, int c)
-  {
-    Eigen::Vector4d v;
-    for (int r = 0; r < 4; ++r) {
-      Mat3 minor;
-      for (int i = 0, p = 0; i < 4; ++i) {
-        if (i == c) continue;
-        for (int j = 0, q = 0; j < 4; ++j)
-          if (j != r) minor(p, q++) = N(i, j);
-        ++p;
-      }
-      v[r] = ((r + c) % 2 ? -1.0 : 1.0) * minor.determinant();
-    }
-    return v;
-  }
-
-  /// Eigenvector (w x y z) of a simple eigenvalue: any column of the adjugate of N - x I, which is a multiple of v v^T. With
-  /// N - x I = [n a^T; a B] that of w is (det B, -adj(B) a); only if it is short, i.e. the rotation by more than 120
-  /// degrees, the others are needed.
-  Eigen::Vector4d horn_eigenvector(const Mat3 &A, double x)
-  {
-    const Vec3 a(A(2, 1) - A(1, 2), A(0, 2) - A(2, 0), A(1, 0) - A(0, 1));
-    Mat3 B = A + A.transpose();
-    B.diagonal().array() -= A.trace() + x;
-    const double xx = B(1, 1) * B(2, 2) - B(1, 2) * B(1, 2),
-                 xy = B(0, 2) * B(1, 2) - B(0, 1) * B(2, 2),
-                 xz = B(0, 1) * B(1, 2) - B(0, 2) * B(1, 1),
-                 yy = B(0, 0) * B(2, 2) - B(0, 2) * B(0, 2),
-                 yz = B(0, 1) * B(0, 2) - B(0, 0) * B(1, 2),
-                 zz = B(0, 0) * B(1, 1) - B(0, 1) * B(0, 1);
-    Eigen::Vector4d v(B(0, 0) * xx + B(0, 1) * xy + B(0, 2) * xz,
-                      -(xx * a[0] + xy * a[1] + xz * a[2]), -(xy * a[0] + yy * a[1] + yz * a[2]),
-                      -(xz * a[0] + yz * a[1] + zz * a[2]));
-    if (v[0] * v[0] < 0.25 * v.squaredNorm()) {
-      Eigen::Matrix4d N;
-      N(0, 0) = A.trace() - x;
-      N.block<3, 1>(1, 0) = a;
-      N.block<1, 3>(0, 1) = a;
-      N.block<3, 3>(1, 1) = B;
-      for (int c = 1; c < 4; ++c) {
-        const Eigen::Vector4d other = adjugate_column(N, c);
-        if (other.squaredNorm() > v.squaredNorm()) v = other;
-      }
-    }
-    return v.normalized();
-  }
-
-}    // namespace
-
-DERotation de_rotation(const CrackEnd &end, unsigned use)
-{
-  if (end.turn && use == end.present) return *end.turn;
-  DERotation r;
-  Mat3 A = Mat3::Zero(), stiff = Mat3::Zero();
-  for (int s = 0; s < 6; ++s)
-    if (use >> s & 1u) {
-      A += end.y[s] * end.dX[s].transpose();
-      stiff -= end.dX[s] * end.dX[s].transpose();
-    }
-  const double trace = -2.0 * stiff.trace(), straight = 0.5 * trace / stiff.norm();
-  stiff.diagonal().array() += 0.5 * trace;
-  if (!(stiff.determinant() > line_limit * trace * trace * trace)) return r;
-  const double size = A.norm();
-  if (!(size > 0.0)) return r;
-  A /= size;
-  const double sum = horn_eigenvalue(A, straight);    // as without strain
-  const Eigen::Vector4d q = horn_eigenvector(A, sum);
-  const Mat3 R = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
-  // stiffness against turning, in space: its eigenvalues are sums of two singular values
-  Mat3 H = -A * R.transpose();
-  H = (0.5 * (H + H.transpose())).eval();
-  H.diagonal().array() -= H.trace();
-  r.defined = true;
-  r.R = R;
-  for (int k = 0; k < 4; ++k) r.quaternion[k] = q[(k + 1) % 4];
-  r.response = H.inverse() / size;
-  return r;
-}
-
-// d theta = response sum (R dX) x dy, so moment . d theta = sum dy . ((response moment) x (R dX))
-void add_moment(const DERotation &r, const CrackEnd &end, unsigned use, const Vec3 &moment,
-                Vec3 force[6])
-{
-  const Vec3 turn = r.response * moment;
-  for (int s = 0; s < 6; ++s)
-    if (use >> s & 1u) force[s] += turn.cross(r.R * end.dX[s]);
-}
 
 // --- switch -----------------------------------------------------------------
 
@@ -300,6 +178,11 @@ CrackJoint crack_broken(const Vec3 &m, double f, const CrackGeometry &geometry,
   joint.turn[3] = 1.0;
   set_broken(joint, geometry, moduli, par);
   return joint;
+}
+
+void crack_turn(CrackJoint &joint, const Vec3 &spin)
+{
+  keep_turn(joint, turned_by_spin(joint, spin));
 }
 
 // --- evaluation -------------------------------------------------------------

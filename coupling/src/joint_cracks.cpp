@@ -285,33 +285,27 @@ CrackEnd JointCracks::end(int d, End &store) const
   return {store.dX, store.y, present};
 }
 
-// what several joints need to know of a DE in one evaluation
+// What several joints need to know of a DE in one evaluation.
 
-void JointCracks::forget_ends()
+void JointCracks::know(const std::vector<int> &joints)
 {
   known_place.resize(jt.nall, -1);
   for (int d : known_des)
     if (d < jt.nall) known_place[d] = -1;
   known_des.clear();
-}
-
-void JointCracks::know(int d)
-{
-  if (known_place[d] >= 0) return;
-  const size_t k = known_des.size();
-  known_place[d] = static_cast<int>(k);
-  known_des.push_back(d);
-  if (k == known.size()) known.emplace_back();
-  KnownEnd &one = known[k];
-  const CrackEnd e = end(d, one.vectors);
-  one.present = e.present;
-  one.turn = de_rotation(e, e.present);
-}
-
-CrackEnd JointCracks::known_end(int d) const
-{
-  const KnownEnd &one = known[known_place[d]];
-  return {one.vectors.dX, one.vectors.y, one.present, &one.turn};
+  for (int joint : joints)
+    for (int d : {joint / 6, other_end(joint) / 6}) {
+      if (known_place[d] >= 0) continue;
+      known_place[d] = static_cast<int>(known_des.size());
+      known_des.push_back(d);
+    }
+  const size_t n = known_des.size();
+  known_vectors.resize(std::max(n, known_vectors.size()));
+  known_turns.resize(std::max(n, known_turns.size()));
+  known_ends.clear();
+  for (size_t k = 0; k < n; ++k) known_ends.push_back(end(known_des[k], known_vectors[k]));
+  de_rotations(static_cast<int>(n), known_ends.data(), known_turns.data());
+  for (size_t k = 0; k < n; ++k) known_ends[k].turn = &known_turns[k];
 }
 
 CrackGeometry JointCracks::geometry(int joint) const
@@ -346,13 +340,25 @@ CrackForces JointCracks::look(int joint, const CohesiveParameters &par, CrackJoi
                       Vec3::Zero(), moduli[jt.material[joint / 6]], par);
 }
 
-bool JointCracks::rests(signed char &plane, double dt)
+bool JointCracks::rests(int joint, signed char &plane, double dt)
 {
   // before a run, what rested in the last step still does
 
-  if (plane <= (dt > 0.0 ? 2 : 1)) return false;
-  if (dt > 0.0) plane--;
+  if (std::abs(plane) <= (dt > 0.0 ? 2 : 1)) return false;
+  if (!(dt > 0.0)) return true;
+  if (plane < 0) {
+    plane++;
+    crack_turn(find(joint)->law, spin_of(joint, dt));
+  } else
+    plane--;
   return true;
+}
+
+/// Mean rotation of the spins of a joint's DEs in a step.
+Vec3 JointCracks::spin_of(int joint, double dt) const
+{
+  return 0.5 * dt *
+      (particles.spin(jt.self[joint / 6]) + particles.spin(jt.self[other_end(joint) / 6]));
 }
 
 CrackForces JointCracks::advance(int joint, CrackJoint &law, const CohesiveParameters &par,
@@ -372,12 +378,8 @@ CrackForces JointCracks::advance(int joint, CrackJoint &law, const CohesiveParam
     law.stored = 0.0;
     return out;
   }
-  know(joint / 6);
-  know(there / 6);
-  const Vec3 spin = 0.5 * dt * (particles.spin(i) + particles.spin(j));
-  const auto out = crack_update(law, g, known_end(joint / 6), known_end(there / 6), y, spin,
-                                moduli[jt.material[joint / 6]], par, friction);
-  return out;
+  return crack_update(law, g, known_end(joint / 6), known_end(there / 6), y, spin_of(joint, dt),
+                      moduli[jt.material[joint / 6]], par, friction);
 }
 
 // A broken joint whose plane is open is not computed until it may have closed: nothing around it is expected to
@@ -388,28 +390,35 @@ signed char JointCracks::resting(int joint, const CrackJoint &law, double dt) co
   constexpr int longest = 20;
   const double gap = Vec3(law.e).dot(Vec3(law.m));
   if (!(gap > 0.0) || !(dt > 0.0)) return 1;
-  const int there = other_end(joint) / 6;
-  const auto v = [this](int d) {
-    return particles.velocity(jt.self[d]);
-  };
+  const int near = joint / 6, there = other_end(joint) / 6;
   double turning = 0.0;
-  bool held = true;
-  for (int d : {joint / 6, there}) {
-    int arms = 0;
-    for (int s = 0; s < 6; ++s) {
-      const int other = partner[d][s];
-      if (other < 0 || state[6 * d + s]) continue;
-      arms++;
-      turning =
-          std::max(turning, (v(other / 6) - v(d)).norm() / lattice().vector(6 * d + s).norm());
-    }
-    held = held && arms > 1;
+  bool held = false;
+  for (int d : {near, there}) {
+    if (!known_end(d).turn->defined) continue;
+    held = true;
+    turning = std::max(turning, turning_of(d));
   }
-  if (!held) return 1;    // it turns with the spins, step by step
+  if (!held) turning = spin_of(joint, 1.0).norm();
   const double closing =
-      (v(there) - v(joint / 6)).norm() + 2.0 * turning * geometry(joint).d.norm();
+      (particles.velocity(jt.self[there]) - particles.velocity(jt.self[near])).norm() +
+      2.0 * turning * geometry(joint).d.norm();
   const double steps = std::min(static_cast<double>(longest), 0.25 * gap / (closing * dt));
-  return static_cast<signed char>(steps >= 1.0 ? 2.0 + steps : 1.0);
+  const int rest = steps >= 1.0 ? static_cast<int>(2.0 + steps) : 1;
+  return static_cast<signed char>(held ? rest : -rest);
+}
+
+/// Most by which the joints that a DE's rotation is taken from turn, per time.
+double JointCracks::turning_of(int d) const
+{
+  const Vec3 v = particles.velocity(jt.self[d]);
+  double most = 0.0;
+  for (int s = 0; s < 6; ++s) {
+    const int other = partner[d][s];
+    if (other < 0 || state[6 * d + s]) continue;
+    const Vec3 by = particles.velocity(jt.self[other / 6]) - v;
+    most = std::max(most, by.norm() / lattice().vector(6 * d + s).norm());
+  }
+  return most;
 }
 
 void JointCracks::arms(int d, Vec3 y[6]) const

@@ -126,19 +126,38 @@ void JointStates::soften(ForceSums &sums)
 {
   jt.debonded.clear();
   if (cracks_) take_over_cracks();
-  std::size_t kept = 0;
-  for (std::size_t q = 0; q < jt.cohesive.size(); ++q) {
-    const int d = jt.cohesive[q] / 6, s = jt.cohesive[q] % 6;
-    const JointRecord &slot = jt.record(d, s);
-    if (slot.kind == joint::TIE)
+  find_awake();
+  const auto ended = [this](int ds) {
+    const JointRecord &slot = jt.record(ds);
+    return slot.state != joint::COHESIVE && !slot.plane;
+  };
+  bool any_ended = false;
+  for (int ds : awake) {
+    const int d = ds / 6, s = ds % 6;
+    if (jt.record(ds).kind == joint::TIE)
       soften_tie(d, s, sums);
     else if (by_crack(d, s))
       soften_crack(d, s, sums);
     else
       soften_joint(d, s, sums);
-    if (slot.state == joint::COHESIVE || slot.plane) jt.cohesive[kept++] = jt.cohesive[q];
+    any_ended = any_ended || ended(ds);
   }
-  jt.cohesive.resize(kept);
+  if (!any_ended) return;
+  jt.cohesive.erase(std::remove_if(jt.cohesive.begin(), jt.cohesive.end(), ended),
+                    jt.cohesive.end());
+}
+
+/// All that soften, and the planes of broken ones that may be closed.
+void JointStates::find_awake()
+{
+  awake.clear();
+  for (int ds : jt.cohesive)
+    if (!cracks_ || !cracks_->rests(ds, jt.record(ds).plane, dt)) awake.push_back(ds);
+  if (!cracks_) return;
+  cut_by_cracks.clear();
+  for (int ds : awake)
+    if (by_crack(ds / 6, ds % 6)) cut_by_cracks.push_back(ds);
+  cracks_->know(cut_by_cracks);
 }
 
 void JointStates::book(const SofteningStep &step)
@@ -226,14 +245,10 @@ void JointStates::soften_joint(int d, int s, ForceSums &sums)
 
 void JointStates::take_over_cracks()
 {
-  for (int ds : jt.cohesive) {
-    const int d = ds / 6, s = ds % 6;
-    const JointRecord &slot = jt.record(d, s);
-    if (slot.pending != 2 || slot.kind == joint::TIE || !by_crack(d, s)) continue;
-    event(d, s, EventKind::COHESIVE, cracks_->take_over(ds, law_of(d, s)));
-  }
+  for (int ds : taking_over)
+    event(ds / 6, ds % 6, EventKind::COHESIVE, cracks_->take_over(ds, law_of(ds / 6, ds % 6)));
+  taking_over.clear();
   cracks_->end_take_over();
-  cracks_->forget_ends();
 }
 
 /// A softening joint, or the closed plane of a broken one.
@@ -241,7 +256,6 @@ void JointStates::soften_crack(int d, int s, ForceSums &sums)
 {
   const int ds = 6 * d + s;
   JointRecord &slot = jt.record(ds);
-  if (JointCracks::rests(slot.plane, dt)) return;
   CrackJoint &law = cracks_->find(ds)->law;
   const JointCoeff &coeff = laws.of(particles.type[jt.self[d]], particles.type[jt.nb[d][s]]);
   const auto r =

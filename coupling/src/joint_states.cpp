@@ -292,7 +292,10 @@ void JointStates::switch_joint(int ds)
   slot.stored = slot.lost = 0.0;
   jt.cohesive.push_back(ds);
   if (!tie) damaged_ = true;
-  if (!tie && by_crack(d, s)) return;    // its strength is not known yet
+  if (!tie && by_crack(d, s)) {    // its strength is not known yet
+    taking_over.push_back(ds);
+    return;
+  }
   if (!tie && cracks_) cracks_->cut(ds);
   event(d, s, tie ? EventKind::ADHESIVE : EventKind::COHESIVE,
         CohesiveState::unpack(slot.cohesive).s0);

@@ -74,14 +74,16 @@ namespace {
   /// exact: all that is added to forces and torques is on the grids of the arrays.
   template <bool exact> class Loop {
    public:
-    Loop(const SurfaceTables &tables, const SurfaceArrays &arrays, ContactMemory &history) :
-        t(tables), a(arrays), memory(history), add(arrays)
+    Loop(const SurfaceTables &tables, const ContactPairs &near, const SurfaceArrays &arrays,
+         ContactMemory &history) :
+        t(tables),
+        pairs(near), a(arrays), memory(history), add(arrays)
     {
     }
 
     SurfaceResult run()
     {
-      for (size_t k = 0; k < t.points.size(); ++k) point(static_cast<int>(k));
+      for (size_t k = 0; k < pairs.points.size(); ++k) point(static_cast<int>(k));
       for (size_t k = 0; k < t.balls.size(); ++k) ball(static_cast<int>(k));
       result.beyond = add.beyond;
       return std::move(result);
@@ -89,6 +91,7 @@ namespace {
 
    private:
     const SurfaceTables &t;
+    const ContactPairs &pairs;
     const SurfaceArrays &a;
     ContactMemory &memory;
     AddedForces<exact> add;
@@ -236,11 +239,11 @@ namespace {
     {
       bool gathered = false;
       for (int k = cp.first; k < cp.first + cp.count; ++k) {
-        const FacetPlane &g = t.planes[t.candidates[k]];
+        const FacetPlane &g = t.planes[pairs.candidates[k]];
         const Vec3 off = p - g.mid;
         const double h = off.dot(g.normal);
         if (h >= 0.0) continue;
-        const ContactFacet &facet = t.facets[t.candidates[k]];
+        const ContactFacet &facet = t.facets[pairs.candidates[k]];
         // on its far side; beside a rim a node can be far below the plane, and its patch still press
         const bool deep = h < -1.5 * facet.depth_max;
         if (deep && !(facet.rim[0] || facet.rim[1] || facet.rim[2] || facet.rim[3])) continue;
@@ -254,7 +257,7 @@ namespace {
           continue;
         if (!gathered) gather_own_patches(cp);
         gathered = true;
-        if (!whole_node(cp, t.candidates[k], at)) patches_of_node(cp, t.candidates[k], p);
+        if (!whole_node(cp, pairs.candidates[k], at)) patches_of_node(cp, pairs.candidates[k], p);
       }
       area = 0.0;
       if (active.empty()) return;
@@ -323,8 +326,8 @@ namespace {
     void find_active_of_sphere(const ContactPoint &cp, const Vec3 &p)
     {
       for (int k = cp.first; k < cp.first + cp.count; ++k) {
-        const ContactFacet &facet = t.facets[t.candidates[k]];
-        const FacetPlane &g = t.planes[t.candidates[k]];
+        const ContactFacet &facet = t.facets[pairs.candidates[k]];
+        const FacetPlane &g = t.planes[pairs.candidates[k]];
         const Vec3 off = p - g.mid;
         const double h = off.dot(g.normal);
         if (h >= cp.r || h < -1.5 * facet.depth_max) continue;
@@ -334,7 +337,7 @@ namespace {
           continue;
         if (memory.tied(cp.atom, facet.element)) continue;
         Active &one =
-            add_active(t.candidates[k], -1, facet, softer(cp.k_own, facet.k_area) * cp.area,
+            add_active(pairs.candidates[k], -1, facet, softer(cp.k_own, facet.k_area) * cp.area,
                        cp.half, cp.r + facet.depth_max);
         one.weight = 1.0;
         keep_active(cp, sphere_on_facet(at, cp.r, one.pair, one.contact));
@@ -444,7 +447,7 @@ namespace {
 
     void point(int index)
     {
-      const ContactPoint &cp = t.points[index];
+      const ContactPoint &cp = pairs.points[index];
       const Vec3 p = vector_at(a.x, cp.atom);
       active.clear();
       returned = lost = 0.0;
@@ -684,10 +687,11 @@ namespace {
 }    // namespace
 
 SurfaceResult surface_forces(const SurfaceTables &tables, const SurfaceArrays &arrays,
-                             ContactMemory &memory)
+                             ContactMemory &memory, const ContactPairs *near)
 {
-  if (arrays.force_grid.on()) return Loop<true>(tables, arrays, memory).run();
-  return Loop<false>(tables, arrays, memory).run();
+  const ContactPairs &pairs = near ? *near : tables;
+  if (arrays.force_grid.on()) return Loop<true>(tables, pairs, arrays, memory).run();
+  return Loop<false>(tables, pairs, arrays, memory).run();
 }
 
 }    // namespace defe

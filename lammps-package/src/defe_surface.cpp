@@ -12,6 +12,7 @@
 #include "defe_surface_search.h"
 
 #include "atom.h"
+#include "neighbor.h"
 #include "update.h"
 
 #include "defe/coupling/surface_contact.h"
@@ -114,6 +115,7 @@ void DefeSurface::forget()
 {
   tables.clear();
   facet_nodes.clear();
+  near.forget();
 }
 
 /* ----------------------------------------------------------------------
@@ -134,6 +136,14 @@ void DefeSurface::update_planes()
   if (n)
     defe::facet_planes(n, reinterpret_cast<const int(*)[4]>(facet_nodes.data()), &atom->x[0][0],
                        tables.planes.data());
+}
+
+/* ---------------------------------------------------------------------- */
+
+const defe::ContactPairs &DefeSurface::near_pairs(defe::ContactMemory &memory)
+{
+  return near.find(tables, atom->nlocal + atom->nghost > 0 ? &atom->x[0][0] : nullptr, memory,
+                   neighbor->skin);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -186,7 +196,7 @@ void DefeSurface::forces(double *virial)
   ContactRecords memory(sys, met);
   auto a = arrays(virial != nullptr);
   a.changed = to_book;
-  const auto r = defe::surface_forces(tables, a, memory);
+  const auto r = defe::surface_forces(tables, a, memory, &near_pairs(memory));
   energy_ = r.energy + r.springs;
   if (r.beyond >= 0) sys.sums.set_beyond(r.beyond);
   sys.ledger.friction += r.friction;
@@ -230,7 +240,7 @@ void DefeSurface::begin_conversion()
   ContactRecords memory(sys, met);
   auto a = arrays(false);
   a.energy_only = true;
-  const auto r = defe::surface_forces(tables, a, memory);
+  const auto r = defe::surface_forces(tables, a, memory, &near_pairs(memory));
   book(r);
   sys.ledger.conv_strain += r.energy;
   to_book = true;

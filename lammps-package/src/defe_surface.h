@@ -11,7 +11,7 @@
 #include "defe_records.h"
 
 #include "defe/coupling/conversion_plan.h"
-#include "defe/coupling/surface_forces.h"
+#include "defe/coupling/surface_near.h"
 
 #include <array>
 #include <memory>
@@ -61,6 +61,8 @@ class DefeSurface : protected DefeComponent {
  private:
   defe::SurfaceTables tables;
   std::unique_ptr<DefeSurfaceSearch> search;
+  defe::NearSurface near;
+  const defe::ContactPairs &near_pairs(defe::ContactMemory &);
   std::vector<std::array<int, 4>> facet_nodes;    // of its facets, closely packed
   bool planes_fresh = false;                      // they belong to the current positions
   bool to_book = false;      // a conversion waits for the contact energy of its DEs

@@ -2,7 +2,7 @@
 // test_cpl_surface_contact.cpp): patches of a node together, histories, offsets, friction, balls.
 
 #include "defe/coupling/surface_contact.h"
-#include "defe/coupling/surface_forces.h"
+#include "defe/coupling/surface_near.h"
 
 #include <gtest/gtest.h>
 
@@ -734,5 +734,66 @@ TEST(SurfaceForces, BesideARimNothingIsLetThrough)
       EXPECT_TRUE(r.let_through.empty());
     else
       EXPECT_GT(r.let_through.size(), 0u);
+  }
+}
+
+// A tilted block and a sphere come down beside and over rims, slide and are lifted again: what is left out of the pairs
+// has no force, whatever moves in between, at any speed.
+TEST(SurfaceForces, PairsThatAreNearHaveAllOfTheForce)
+{
+  for (const double speed : {0.1, 3.0, 100.0}) {
+    std::mt19937 random(9);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    World w = block_on_plane(-2e-5);
+    tilt(w, 1, Vec3(1.0, 0.4, 0.0), 0.01);
+    const int ball = w.add_atom(Vec3(3.2 * spacing, 6.9 * spacing, 0.5 * spacing + 1e-5), 0.0);
+    ContactPoint sphere{};
+    sphere.atom = ball;
+    sphere.part = 0;
+    sphere.r = sphere.half = 0.5 * spacing;
+    sphere.area = spacing * spacing;
+    sphere.k_own = k_area;
+    sphere.first = static_cast<int>(w.tables.candidates.size());
+    sphere.count = w.surfaces[0].facets;
+    for (int k = 0; k < sphere.count; ++k) w.tables.candidates.push_back(k);
+    w.tables.points.push_back(sphere);
+    w.friction = 0.2;
+    w.dt = 2e-7;
+
+    World all = w;
+    NearSurface near;
+    std::size_t left = 0, evaluations = 0, pressed = 0, of_sphere = 0;
+    const int steps = static_cast<int>(std::min(4000.0, 4e-4 / (speed * w.dt)));
+    for (int step = 0; step < steps; ++step) {
+      const double down = step < steps / 2 ? -speed : speed;
+      for (World *one : {&w, &all}) {
+        one->set_velocity(1, Vec3(0.5 * speed, 0.2 * speed, down));
+        for (int k = 0; k < 3; ++k) one->v[3 * ball + k] = speed * Vec3(0.1, 0.8, 0.3 * down)[k];
+      }
+      for (std::size_t c = 0; c < w.x.size(); ++c) {
+        w.v[c] += 0.1 * speed * uniform(random);
+        all.v[c] = w.v[c];
+        w.x[c] += w.dt * w.v[c];
+        all.x[c] = w.x[c];
+      }
+      const SurfaceResult a = all.evaluate();
+      w.update_planes();
+      w.f.assign(w.x.size(), 0.0);
+      w.torque.assign(w.x.size(), 0.0);
+      const ContactPairs &pairs = near.find(w.tables, w.x.data(), w.memory, 4e-4);
+      const SurfaceResult b = surface_forces(w.tables, w.arrays(), w.memory, &pairs);
+      ASSERT_EQ(w.f, all.f) << "speed " << speed << " step " << step;
+      ASSERT_EQ(w.torque, all.torque);
+      ASSERT_EQ(a.energy, b.energy);
+      ASSERT_EQ(a.friction, b.friction);
+      ASSERT_EQ(w.memory.all.size(), all.memory.all.size());
+      left += pairs.candidates.size();
+      ++evaluations;
+      pressed += a.energy > 0.0;
+      of_sphere += all.memory.all.count({ball, 0});
+    }
+    EXPECT_GT(pressed, evaluations / 4);
+    EXPECT_GT(of_sphere, 0u);
+    EXPECT_LT(left, evaluations * w.tables.candidates.size() / 2);
   }
 }

@@ -36,6 +36,7 @@
 
 #include "defe/coupling/cohesive.h"
 #include "defe/coupling/corner_strain.h"
+#include "defe/coupling/de_rotation.h"
 
 namespace defe {
 
@@ -43,17 +44,6 @@ namespace defe {
 struct CrackGeometry {
   Vec3 d;    ///< between the centres
   Vec3 a;    ///< area vector
-};
-
-struct DERotation;
-
-/// A DE as the joints around it see it: for its rotation.
-struct CrackEnd {
-  const Vec3 *dX;      ///< [6] reference joint vectors
-  const Vec3 *y;       ///< [6] current ones; also of joints that are no longer connective
-  unsigned present;    ///< connective joints and ties
-  const DERotation *turn =
-      nullptr;    ///< de_rotation() of those present, if the caller has it already
 };
 
 /// Everything that a cut joint remembers. Plain data, a fixed size: packed as bytes, kept over restarts.
@@ -72,22 +62,6 @@ struct CrackJoint {
   unsigned char pad[5];    ///< always 0
 };
 
-/// Rotation of a DE: polar factor of sum y dX^T, the rotation that brings the dX nearest to the y. By the largest
-/// eigenvalue of Horn's matrix of quaternions (J. Opt. Soc. Am. A 4 (1987) 629), which is a simple root of its
-/// characteristic polynomial unless the joints are on a line.
-struct DERotation {
-  bool defined = false;
-  Mat3 R = Mat3::Identity();
-  double quaternion[4] = {0.0, 0.0, 0.0, 1.0};    ///< x y z w
-  Mat3 response;    ///< d theta = response * sum (R dX) x dy, in space
-};
-DERotation de_rotation(const CrackEnd &end, unsigned use);
-
-/// Forces on the other ends of the joints in `use` that a moment on the DE's rotation stands for; the DE
-/// itself takes the opposite of their sum.
-void add_moment(const DERotation &, const CrackEnd &end, unsigned use, const Vec3 &moment,
-                Vec3 force[6]);
-
 /// Strain energy that a DE's corners let go when joints `leaving` leave them together, shared out
 /// among these as each would let go alone.
 /// \return the whole
@@ -105,6 +79,9 @@ bool crack_start(CrackJoint &joint, const Vec3 &m, double f, const CrackGeometry
 /// \param budget  sum of the shares of crack_release at both ends
 void crack_take_over(CrackJoint &joint, const CrackGeometry &geometry, double budget,
                      const CornerModuli &moduli, const CohesiveParameters &parameters);
+
+/// Turns a joint with the spins of its DEs, in a step in which crack_update() is not needed.
+void crack_turn(CrackJoint &joint, const Vec3 &spin);
 
 /// A joint that is broken from the start, such as a notch: y is its natural length.
 CrackJoint crack_broken(const Vec3 &m, double f, const CrackGeometry &geometry,

@@ -75,13 +75,14 @@ class JointCracks {
   /// A joint whose lower end is mine takes over what the corners let go; its traction then.
   double take_over(int joint, const CohesiveParameters &);
   void end_take_over() { shares.clear(); }
-  /// Before the joints of an evaluation are computed.
-  void forget_ends();
+  /// Before joints of this rank that a crack cuts are computed: how their DEs have turned.
+  void know(const std::vector<int> &joints);
 
   /// JointRecord::plane of a broken joint that has just been computed.
   signed char resting(int joint, const CrackJoint &, double dt) const;
-  /// Whether the plane of a broken joint is open for this step, by what resting() has found before.
-  static bool rests(signed char &plane, double dt);
+  /// Whether the plane of a broken joint is open for this step, by what resting() has found before. One that turns
+  /// with the spins does so.
+  bool rests(int joint, signed char &plane, double dt);
   /// \param friction  of a broken plane; \param dt  0 before a run
   CrackForces advance(int joint, CrackJoint &, const CohesiveParameters &, double friction,
                       double dt);
@@ -162,17 +163,13 @@ class JointCracks {
   struct End {
     Vec3 dX[6], y[6];
   };
-  // of the DEs of joints that have been computed in this evaluation
-  struct KnownEnd {
-    End vectors;
-    DERotation turn;
-    unsigned present;
-  };
-  std::vector<int> known_place;    // by DE; -1: not yet
+  // of the DEs of joints that are computed in this evaluation
+  std::vector<int> known_place;    // by DE; -1: not one of them
   std::vector<int> known_des;
-  std::vector<KnownEnd> known;
-  void know(int d);
-  CrackEnd known_end(int d) const;
+  std::vector<End> known_vectors;
+  std::vector<CrackEnd> known_ends;
+  std::vector<DERotation> known_turns;
+  const CrackEnd &known_end(int d) const { return known_ends[known_place[d]]; }
 
   std::vector<CrackBox> boxes;    // of DEs that are marked, see mark()
   std::vector<CrackStress> box_stress;
@@ -183,6 +180,8 @@ class JointCracks {
   Mat3 axes(int d) const;
   void arms(int d, Vec3 y[6]) const;
   CrackGeometry geometry(int joint) const;
+  Vec3 spin_of(int joint, double dt) const;
+  double turning_of(int d) const;
   void find_partners_of_ghosts();
 };
 

@@ -134,8 +134,10 @@ class JointStates {
   /// By slot: square of the force below which the strength cannot be reached; infinite where there is no
   /// joint to decide on, or where the other side decides.
   std::vector<std::array<double, 6>> threshold;
-  std::vector<int> above;                // joints with more force than that
-  std::vector<int> decided_elsewhere;    // joints whose state another rank decides
+  std::vector<int> above;                   // joints with more force than that
+  std::vector<int> decided_elsewhere;       // joints whose state another rank decides
+  std::vector<int> taking_over;             // joints that a crack has cut in this step
+  std::vector<int> awake, cut_by_cracks;    // softening joints and planes that are computed now
 
   std::vector<JointEvent> events_;
   std::vector<LooseDEs> broken_;
@@ -172,6 +174,7 @@ class JointStates {
   // forces: joint_forces.cpp
   void gather(int d, ForceSums &);
   void take_over_cracks();
+  void find_awake();
   void soften_tie(int d, int s, ForceSums &);
   void soften_joint(int d, int s, ForceSums &);
   void soften_crack(int d, int s, ForceSums &);

@@ -42,8 +42,8 @@ struct JointRecord {
   signed char corner;     ///< corner of the other element at the common node
   signed char pending;    ///< 1: becomes cohesive in the next step, 2: did so in this one
   signed char part;       ///< TIE: part of the element
-  /// CONTACT: > 0 while the two are pressed along the plane of their crack; at the lower end 1 + the evaluations in
-  /// which it need not be looked at
+  /// CONTACT: not 0 while the two are pressed along the plane of their crack; at the lower end its size is 1 + the
+  /// evaluations in which it need not be looked at, negative if it turns with the spins meanwhile
   signed char plane;
   signed char asks;    ///< TIE: 1: a crack wants to go on in the element, which is to convert
 };

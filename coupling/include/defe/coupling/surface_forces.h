@@ -40,7 +40,7 @@ struct ContactPoint {
   int atom;
   int part;            ///< of the facets
   bool sharp;          ///< a node on a sharp edge of its body
-  int first, count;    ///< facets: SurfaceTables::candidates
+  int first, count;    ///< facets: ContactPairs::candidates
   int own, nown;       ///< patches of a node: SurfaceTables::patches
   double r;            ///< 0 for nodes
   double area,
@@ -53,11 +53,15 @@ struct ContactBall {
   int atom, facet;
 };
 
-struct SurfaceTables {
-  std::vector<ContactFacet> facets;
-  std::vector<FacetPlane> planes;    ///< of the positions now
+/// Points, and the facets of each.
+struct ContactPairs {
   std::vector<ContactPoint> points;
   std::vector<int> candidates;
+};
+
+struct SurfaceTables : ContactPairs {
+  std::vector<ContactFacet> facets;
+  std::vector<FacetPlane> planes;    ///< of the positions now
   std::vector<ContactPatch> patches;
   std::vector<ContactBall> balls;
   void clear();
@@ -135,7 +139,9 @@ struct SurfaceResult {
 /// front of it or on the faces round its edges, and may have reached into it before it was bared.
 ///
 /// Adds forces to f and torque.
-SurfaceResult surface_forces(const SurfaceTables &, const SurfaceArrays &, ContactMemory &);
+/// \param near  pairs of the tables that may touch (surface_near.h); null: all
+SurfaceResult surface_forces(const SurfaceTables &, const SurfaceArrays &, ContactMemory &,
+                             const ContactPairs *near = nullptr);
 
 /// Weight of a patch against a parallel facet: the finer side carries more, both sides add up to 1.
 double side_weight(double own_area, double facet_area);
