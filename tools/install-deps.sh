@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that DEFE needs and this machine lacks.
-#   install-deps.sh [build] [tests] [plots] [meshes] [benchmarks] [fuzz] [valgrind]
+#   install-deps.sh [build] [tests] [plots] [meshes] [benchmarks] [fuzz] [valgrind] [docs]
 # Without arguments: the first five.
 # Where it cannot install, it says what is needed and goes on: things may be there under other names.
 set -euo pipefail
@@ -18,7 +18,8 @@ for group; do
     benchmarks) packages+=(libbenchmark-dev linux-perf python3) ;;
     fuzz) packages+=(clang libclang-rt-dev) ;;
     valgrind) packages+=(valgrind libc6-dbg) ;;
-    *) echo "install-deps.sh: unknown group $group (build, tests, plots, meshes, benchmarks, fuzz, valgrind)" >&2; exit 2 ;;
+    docs) packages+=(python3-sphinx python3-sphinx-rtd-theme python3-myst-parser libjs-mathjax fonts-mathjax) ;;
+    *) echo "install-deps.sh: unknown group $group (build, tests, plots, meshes, benchmarks, fuzz, valgrind, docs)" >&2; exit 2 ;;
   esac
 done
 

@@ -1,0 +1,78 @@
+"""The site of tools/docs.sh: it builds without a warning, is whole, and does not build with a link into nowhere."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+from urllib.parse import unquote
+
+SOURCE = Path(__file__).resolve().parent.parent.parent
+
+
+class Site(unittest.TestCase):
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp(prefix="defe-site-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def docs(self, *arguments):
+        return subprocess.run([SOURCE / "tools/docs.sh", *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True, env=dict(os.environ, DEFE_PYTHON=sys.executable))
+
+    def test_whole(self):
+        run = self.docs(self.folder)
+        self.assertEqual(run.returncode, 0, run.stdout[-3000:])
+        self.assertNotIn("WARNING", run.stdout)
+        front = (self.folder / "index.html").read_text()
+        for page in [*(SOURCE / "lammps-package/doc").glob("*.rst"), *(SOURCE / "examples").glob("*/README.md"),
+                     *(SOURCE / "tests/verification/manual").glob("*/README.md"), SOURCE / "benchmarks/README.md"]:
+            name = page.relative_to(SOURCE).with_suffix(".html")
+            with self.subTest(page=name):
+                self.assertIn(f'href="{name}"', front)
+                self.linked(self.folder / name)
+        # formulas and what draws them, without the web
+        text = (self.folder / "lammps-package/doc/pair_defe_joint.html").read_text()
+        self.assertRegex(text, r'class="math[^"]*">\s*\\\[')
+        self.assertNotRegex(text, r'<script[^>]*src="https?:')
+        static = self.folder / "_static/mathjax"
+        for part in ("MathJax.js", "config/TeX-AMS_CHTML-full.js", "jax/output/CommonHTML/jax.js"):
+            self.assertTrue((static / part).is_file(), part)
+        self.assertTrue(list((static / "fonts/HTML-CSS/TeX/woff").glob("*.woff")))
+
+    def linked(self, page):
+        """Whatever the page shows or leads to is there."""
+        text = page.read_text()
+        local = [uri.split("#")[0].split("?")[0] for uri in re.findall(r'(?:href|src)="([^"]+)"', text)]
+        for uri in {u for u in local if u and not re.match(r"[a-z]+:", u)}:
+            self.assertTrue((page.parent / unquote(uri)).exists(), uri)
+
+    def test_links_into_nowhere(self):
+        text = "Page\n====\n\n:doc:`a <{}>` `b <{}>`_\n\n.. image:: {}\n"
+        picture = self.folder / "there.png"
+        shutil.copy(SOURCE / "examples/laminated_beam/force.png", picture)
+        (self.folder / "there.txt").write_text("a file")
+        good = ("fix_nve", "there.txt", "there.png")
+        for k, bad in enumerate((None, "no_such_defe", "no/such.txt", "no_such.png")):
+            links = list(good)
+            if bad:
+                links[k - 1] = bad
+            (self.folder / "index.rst").write_text(text.format(*links))
+            run = subprocess.run([sys.executable, "-m", "sphinx", "-W", "-q", "-E", "-c", SOURCE / "tools/docs", "-b", "dummy", self.folder,
+                                  self.folder / "out"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            with self.subTest(bad=bad):
+                self.assertEqual(run.returncode != 0, bad is not None, run.stdout)
+                self.assertIn(bad or "", run.stdout)
+
+    def test_folder_of_something_else(self):
+        (self.folder / "letter.txt").write_text("kept")
+        run = self.docs(self.folder)
+        self.assertEqual((run.returncode, run.stdout.count("\n")), (2, 1), run.stdout)
+        self.assertIn("no site", run.stdout)
+        self.assertEqual([p.name for p in self.folder.iterdir()], ["letter.txt"])
+
+
+if __name__ == "__main__":
+    unittest.main()
