@@ -1,4 +1,4 @@
-"""The pages Howto_defe.rst and Developer_defe.rst: all scripts run, and what the pages say is so.
+"""The pages Howto_defe.rst, Theory_defe.rst and Developer_defe.rst: all scripts run, and what the pages say is so.
 
 A comment of the page before a block says what it is:
   .. script NAME   a whole script
@@ -239,6 +239,17 @@ class Developer(unittest.TestCase):
             self.assertEqual(source, text)
 
 
+class Theory(unittest.TestCase):
+    def test_numbers_are_those_of_the_code(self):
+        rows = list_table("Theory_defe.rst", "What")[1:]
+        self.assertGreater(len(rows), 10)
+        for what, value, where in rows:
+            with self.subTest(what):
+                file, text = re.fullmatch(r"``([^`]+)``: ``([^`]+)``", where).groups()
+                self.assertIn(text, (SOURCE / file).read_text())
+                self.assertTrue(set(map(float, re.findall(r"[\d.]+", value))) <= set(map(float, re.findall(r"\d+\.?\d*", text))), where)
+
+
 class Pages(unittest.TestCase):
     def test_links_and_pictures(self):
         """Pages and pictures that are not LAMMPS' own are there; with docutils, the pages have no errors."""
@@ -246,7 +257,7 @@ class Pages(unittest.TestCase):
             text = page.read_text()
             targets = set(re.findall(r":doc:`[^<`]*<([^>`]+)>`", text)) | set(re.findall(r":doc:`([^<`]+)`", text))
             own = [t for t in targets if "defe" in t or t == "create_hexes"]
-            files = re.findall(r"(?m)^\.\. image:: (\S+)", text) + re.findall(r"<(\.\./[^>]+)>`_", text)
+            files = re.findall(r"(?m)^\.\. (?:image|figure):: (\S+)", text) + re.findall(r"<(\.\./[^>]+)>`_", text)
             for target in [f"{t}.rst" for t in own] + files:
                 with self.subTest(page=page.name, target=target):
                     self.assertTrue((DOC / target).exists())
