@@ -12,47 +12,37 @@ from pathlib import Path
 
 import numpy as np
 
-import laminate
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "python"))
+import defe
 
-LAYER = 0.9  # mm: what counts as the surface
-CIRCLE, WIDTH = 16.0, 1.0  # mm: radial cracks are counted where they cross this circle
-UNTIL = 40.0  # us: until then; later ones come from the rim
-CRUSHED = 8.5  # mm: rings are looked for outside
-FIRST = 6.0  # us: so long from where they begin, about the time that a ring takes to close
-
-
-class Cuts:
-    """Joints that began to soften in a layer: times, radii, angles (degrees), and how their normals lie."""
-
-    def __init__(self, events, low, high):
-        rows = [e for e in events if e[2] == "cohesive" and low < e[5][2] < high]
-        x, n = (np.array([e[k] for e in rows]).reshape(-1, 3) for k in (5, 6))
-        self.time = np.array([e[1] for e in rows])
-        self.radius = np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-9)
-        self.angle = np.degrees(np.arctan2(x[:, 1], x[:, 0]))
-        self.outwards = np.abs(x[:, 0] * n[:, 0] + x[:, 1] * n[:, 1]) / self.radius
-        self.around = np.abs(x[:, 0] * n[:, 1] - x[:, 1] * n[:, 0]) / self.radius
+LAYER = 0.9e-3  # m: what counts as the surface
+CIRCLE, WIDTH, APART = 16e-3, 1e-3, 8.0  # m, degrees: radial cracks are counted where they cross this circle
+UNTIL = 40e-6  # s: until then; later ones come from the rim
+CRUSHED = 8.5e-3  # m: rings are looked for outside
+FIRST = 6e-6  # s: so long from where they begin, about the time that a ring takes to close
 
 
-def radial_cracks(cuts):
-    """Cracks along a radius that cross the circle: groups of joints, 8 degrees apart."""
-    near = (np.abs(cuts.radius - CIRCLE) < WIDTH) & (cuts.around > 0.8) & (cuts.time < UNTIL)
-    angle = np.sort(cuts.angle[near])
-    if not len(angle):
-        return 0
-    return max(1, int((np.diff(np.append(angle, angle[0] + 360)) > 8).sum()))
+def cuts(events, low, high):
+    """Joints that began to soften in a layer, of heights in m, until then."""
+    soft = events.of("cohesive")
+    return soft.where((soft.x[:, 2] > low) & (soft.x[:, 2] < high) & (soft.time < UNTIL))
 
 
-def ring_radii(cuts):
-    """Mean radius of the first ring cracks in eight sectors, from the axis x on: rings begin inside and follow the wave
+def radial_cracks(soft):
+    return defe.cracks.count_radial(soft.x, soft.n, CIRCLE, WIDTH, APART)
+
+
+def ring_radii(soft):
+    """Mean radius (m) of the first ring cracks in eight sectors, from the axis x on: rings begin inside and follow the wave
     of bending outwards, so all sectors are compared over the same time. NaN where there is none."""
-    ring = (cuts.radius > CRUSHED) & (cuts.outwards > 0.8) & (cuts.time < UNTIL)
-    times = np.sort(cuts.time[ring])
+    radius, angle, outwards, _ = defe.cracks.polar(soft.x, soft.n)
+    ring = (radius > CRUSHED) & (outwards > 0.8)
+    times = np.sort(soft.time[ring])
     if len(times) < 20:
         return 8 * [math.nan]
-    ring &= cuts.time < times[5] + FIRST
-    sector = np.round(cuts.angle % 360 / 45).astype(int) % 8
-    return [float(np.mean(cuts.radius[ring & (sector == k)])) if (ring & (sector == k)).any() else math.nan for k in range(8)]
+    ring &= soft.time < times[5] + FIRST
+    sector = np.round(angle % 360 / 45).astype(int) % 8
+    return [float(np.mean(radius[ring & (sector == k)])) if (ring & (sector == k)).any() else math.nan for k in range(8)]
 
 
 def axes_to_diagonals(radii):
@@ -63,18 +53,25 @@ def axes_to_diagonals(radii):
 
 def measure(folder):
     """The ball hits at x = y = 0."""
-    events, z = laminate.read_events(folder / "events.txt"), 1e3 * laminate.read_mesh(folder / "mesh.data")["x"][:, 2]
-    radii = ring_radii(Cuts(events, z.max() - LAYER, z.max()))
-    number = lambda x, digits: None if math.isnan(x) else round(float(x), digits)
+    events, z = defe.read_events(folder / "events.txt"), defe.read_mesh(folder / "mesh.data").nodes[:, 2]
+    radii = ring_radii(cuts(events, z.max() - LAYER, z.max()))
+
+    def number(x, digits):
+        return None if math.isnan(x) else round(float(x), digits)
+
     return {
-        "radial_cracks": radial_cracks(Cuts(events, z.min(), z.min() + LAYER)),
-        "ring_mm": [number(r, 2) for r in radii],
+        "radial_cracks": radial_cracks(cuts(events, z.min(), z.min() + LAYER)),
+        "ring_mm": [number(1e3 * r, 2) for r in radii],
         "ring_axes_to_diagonals": number(axes_to_diagonals(radii), 3),
     }
+
+
+def main(folders):
+    for name in folders:
+        print(name, " ".join(f"{k} {v}" for k, v in measure(Path(name)).items()))
 
 
 if __name__ == "__main__":
     if len(sys.argv) < 2:
         sys.exit(__doc__)
-    for name in sys.argv[1:]:
-        print(name, " ".join(f"{k} {v}" for k, v in measure(Path(name)).items()))
+    defe.summary.main(main, sys.argv[1:])

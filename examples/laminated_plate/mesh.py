@@ -17,7 +17,8 @@ import sys
 from pathlib import Path
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "tools"))
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "python"))
+from hexmesh.data_file import data_lines
 from hexmesh.output import Parser, Refused, integer, real, run, start, write_all
 
 HALF = 50.0  # of the pane's edge, mm
@@ -241,26 +242,29 @@ def free(size):
 # ---- output -----------------------------------------------------------------------------------------
 
 
-def data_lines(points, quads, layers):
+def plate_lines(points, quads, layers):
     heights, kinds, names = [0.0], [], []
     for name, thickness, n, kind in layers:
         heights += [heights[-1] + thickness * (k + 1) / n for k in range(n)]
         kinds += [kind] * n
         names += [name] * n
     kinds.append(kinds[-1])
-    yield f"mesh.py: {', '.join(dict.fromkeys(names))}"
-    yield f"\n{len(points) * len(heights)} atoms\n{max(kinds)} atom types\n{len(quads) * len(names)} hexes\n"
-    for axis, low, high in (("x", -HALF, HALF), ("y", -HALF, HALF), ("z", 0.0, 1e3 * heights[-1])):
-        yield f"{1e-3 * (low - 0.1):.10g} {1e-3 * (high + 0.1):.10g} {axis}lo {axis}hi"
-    yield "\nAtoms # sphere\n"
-    for level, (z, kind) in enumerate(zip(heights, kinds)):
-        for k, (x, y) in enumerate(points):
-            yield f"{1 + k + level * len(points)} {kind} 0 1 {1e-3 * x:.16g} {1e-3 * y:.16g} {z:.16g}"
-    yield "\nHexes\n"
-    for level, name in enumerate(names):
-        for k, quad in enumerate(quads):
-            nodes = [1 + v + level * len(points) for v in quad]
-            yield f"{1 + k + level * len(quads)} {name} {' '.join(map(str, nodes + [v + len(points) for v in nodes]))}"
+    box = ((-HALF, HALF), (-HALF, HALF), (0.0, 1e3 * heights[-1]))
+
+    def atoms():
+        for level, (z, kind) in enumerate(zip(heights, kinds)):
+            for k, (x, y) in enumerate(points):
+                yield 1 + k + level * len(points), kind, f"{1e-3 * x:.16g} {1e-3 * y:.16g} {z:.16g}"
+
+    def hexes():
+        for level, name in enumerate(names):
+            for k, quad in enumerate(quads):
+                nodes = [1 + v + level * len(points) for v in quad]
+                yield 1 + k + level * len(quads), name, nodes + [v + len(points) for v in nodes]
+
+    return data_lines(f"mesh.py: {', '.join(dict.fromkeys(names))}",
+                      (len(points) * len(heights), max(kinds), len(quads) * len(names)),
+                      [(f"{1e-3 * (low - 0.1):.10g}", f"{1e-3 * (high + 0.1):.10g}") for low, high in box], atoms(), hexes())
 
 
 def make(options):
@@ -269,7 +273,7 @@ def make(options):
         raise Refused(f"--size {options.size:g}: from 0.5 to 10 mm")
     points, quads = (turned if options.mesh == "turned" else free)(options.size)
     worst = min(worst_corner(points, q) for q in quads)
-    write_all([(options.data, data_lines(points, quads, layers))])
+    write_all([(options.data, plate_lines(points, quads, layers))])
     area = sum(left_of(points[q[0]], points[q[1]], points[q[2]]) + left_of(points[q[0]], points[q[2]], points[q[3]])
                for q in quads) / 2
     return [f"{options.data}: {len(quads)} quadrilaterals, edges of {math.sqrt(area / len(quads)):.3f} mm, "

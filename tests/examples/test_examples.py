@@ -21,7 +21,7 @@ class Example(unittest.TestCase):
     def setUp(self):
         self.root = Path(tempfile.mkdtemp(prefix="defe-example-"))
         self.addCleanup(shutil.rmtree, self.root)
-        for name in ("examples", "tools"):
+        for name in ("examples", "python", "tools"):
             shutil.copytree(SOURCE / name, self.root / name, ignore=shutil.ignore_patterns("output", "__pycache__"))
 
     def run_example(self, name, variant, *options, out=None, note=None, whole_energy=True, **environment):
@@ -41,7 +41,12 @@ class Example(unittest.TestCase):
         self.assertNotIn("WARNING: Fix defe every", self.log)
         self.assertNotIn("is above the safe step", self.log)
         summary = json.loads((out / "summary.json").read_text())
-        self.assertGreater((out / "energies.png").stat().st_size, 10000)
+        for picture in ("energies.png", "timeline.png"):
+            self.assertGreater((out / picture).stat().st_size, 10000)
+        thermo = next(line.split() for line in self.log.splitlines() if line.split()[:1] == ["Step"])
+        self.assertLessEqual({"converted", "broken", "s1max", "pieces", "left_s"}, set(thermo))
+        self.assertRegex(run.stdout.strip().splitlines()[-1], r"^\d+ elements converted, \d+ joints broken; loop time .* s on 1 rank\(s\); "
+                         r"summary\.json, energies\.png, timeline\.png.* in .*output")
         if whole_energy:
             self.assertLess(summary["energy_rise_percent"], 0.1)
         self.assertLessEqual(summary["energy_final_J"], summary["energy_max_J"])

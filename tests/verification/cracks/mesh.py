@@ -1,6 +1,12 @@
-"""Meshes of turned lattices for LAMMPS, and what the event file of fix defe says about cracks in them."""
+"""Meshes of turned lattices for LAMMPS."""
+
+import sys
+from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'python'))
+from hexmesh.data_file import data_lines  # noqa: E402
 
 SIGNS = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1],
                   [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
@@ -58,42 +64,14 @@ class Mesh:
         if held is not None:
             kind[self.hex[held].ravel()] = 2
         lo, hi = self.reach(margin)
+        lines = data_lines('lattice', (len(self.X), types, len(self.hex)), [(f'{a:.9g}', f'{b:.9g}') for a, b in zip(lo, hi)],
+                           ((k + 1, kind[k], f'{X[0]:.15g} {X[1]:.15g} {X[2]:.15g}') for k, X in enumerate(self.X)),
+                           ((k + 1, part[k], nodes + 1) for k, nodes in enumerate(self.hex)))
         with open(file, 'w') as out:
-            out.write(f'lattice\n\n{len(self.X)} atoms\n{types} atom types\n{len(self.hex)} hexes\n\n')
-            for k, name in enumerate('xyz'):
-                out.write(f'{lo[k]:.9g} {hi[k]:.9g} {name}lo {name}hi\n')
-            out.write('\nAtoms # sphere\n\n')
-            for k, X in enumerate(self.X):
-                out.write(f'{k + 1} {kind[k]} 0 1 {X[0]:.15g} {X[1]:.15g} {X[2]:.15g}\n')
-            out.write('\nHexes\n\n')
-            for k, nodes in enumerate(self.hex):
-                out.write(f'{k + 1} {part[k]} ' + ' '.join(str(n + 1) for n in nodes) + '\n')
+            out.writelines(line + '\n' for line in lines)
 
     def de(self, ids):
         """Reference positions of DEs."""
         k = np.asarray(ids) - len(self.X) - 1
         weights = np.prod(1.0 + SIGNS[:, None, :] * 0.5 * SIGNS[None, :, :], axis=2) / 8.0    # [node, DE]
         return np.einsum('eac,ae->ec', self.X[self.hex[k // 8]], weights[:, k % 8])
-
-
-class Events:
-    """cohesive and broken joints: time, two DEs, crack point, normal."""
-
-    def __init__(self, file, what, after=0):
-        rows = [line.split() for line in open(file) if not line.startswith('#')]
-        rows = [r for r in rows if r[2] == what and int(r[0]) > after]
-        self.step = np.array([int(r[0]) for r in rows], int)
-        self.time = np.array([float(r[1]) for r in rows])
-        self.ids = np.array([[int(r[3]), int(r[4])] for r in rows], int).reshape(-1, 2)
-        self.x = np.array([[float(v) for v in r[5:8]] for r in rows]).reshape(-1, 3)
-        self.n = np.array([[float(v) for v in r[8:11]] for r in rows]).reshape(-1, 3)
-        self.value = np.array([float(r[11]) for r in rows])
-
-    def __len__(self):
-        return len(self.step)
-
-    def where(self, chosen):
-        few = Events.__new__(Events)
-        for name, values in vars(self).items():
-            setattr(few, name, values[chosen])
-        return few

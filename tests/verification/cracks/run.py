@@ -5,13 +5,13 @@ import concurrent.futures
 import os
 import subprocess
 
-import matplotlib
 import numpy as np
 
-matplotlib.use('Agg')
-import matplotlib.pyplot as plt  # noqa: E402
+from mesh import Mesh, along, turned    # which makes the package defe known
+import defe
+from defe import plots
 
-from mesh import Mesh, Events, along, turned  # noqa: E402
+plt = plots.plotting()
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 DOC = os.path.join(HERE, '..', '..', '..', 'lammps-package', 'doc')
@@ -50,7 +50,7 @@ def strength(direction, law, beta=0.1):
     unit = SIGMA_T / E
     run_lammps('in.block', 'block', mesh='block.data', law=law, beta=beta, strain=0.95 * unit, grow=0.005 * unit,
                half=6.0 * H)
-    return 0.95 + 0.005 * (Events(path('block.events'), 'cohesive').step.min() - 1)
+    return 0.95 + 0.005 * (defe.read_events(path('block.events')).of('cohesive').step.min() - 1)
 
 
 def plot_strength():
@@ -61,27 +61,19 @@ def plot_strength():
             lambda a: [np.sin(a) / np.sqrt(2), np.sin(a) / np.sqrt(2), np.cos(a)]}
     laws = {'lattice, beta 0.1': ('lattice', 0.1, RED, '-'), 'lattice, beta 1': ('lattice', 1.0, RED, ':'),
             'fronts (default)': ('fronts', 0.1, BLUE, '-')}
-    figure, axes = plt.subplots(1, 2, subplot_kw={'projection': 'polar'}, figsize=(9.5, 4.8))
+    figure, axes = plots.polar_pair()
     table, worst = {}, 0.0
     for ax, (title, direction) in zip(axes, planes.items()):
-        at = np.unique(np.append(degrees, 54.7356)) if '111' in title else degrees
+        at, curves = np.unique(np.append(degrees, 54.7356)) if '111' in title else degrees, {}
         for name, (law, beta, colour, line) in laws.items():
             s = np.array([strength(direction(a), law, beta) for a in np.radians(at)])
             for a, value in zip(at, s):
                 table[(title, name, round(a, 1))] = value
             if law == 'fronts':
                 worst = max(worst, np.abs(s - 1.0).max())
-            angle = np.concatenate([at, 180.0 - at[::-1], 180.0 + at, 360.0 - at[::-1]])
-            ax.plot(np.radians(angle), 60.0 * np.concatenate([s, s[::-1], s, s[::-1]]), color=colour, ls=line,
-                    label=name)
-        ax.set_title(title, fontsize=9, pad=14)
-        ax.set_rmax(190)
-        ax.set_rticks([60, 120, 180])
-        ax.set_rlabel_position(100)
-        ax.tick_params(labelsize=8)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc='lower center', ncol=3, frameon=False, fontsize=9)
-    figure.suptitle('stress at the first damage (MPa), strength 60 MPa', fontsize=11)
-    figure.subplots_adjust(bottom=0.14, top=0.8, wspace=0.3)
+            curves[name] = at, 60.0 * s, {'color': colour, 'ls': line}
+        plots.polar(ax, title, [60, 120, 180], 190, curves)
+    plots.polar_legend(figure, 'stress at the first damage (MPa), strength 60 MPa')
     save(figure, 'strength')
 
     rows = [['direction of the tension', '0', '15', '30', '45', '[111]']]
@@ -121,27 +113,13 @@ class Strip:
         return self
 
     def read(self, name):
-        events = path(name + '.events')
-        self.broken, self.started = Events(events, 'broken'), Events(events, 'cohesive', CUTTING)
-        self.converted = Events(events, 'convert')
-        runs, rows = [], None
-        for line in open(path(name + '.log')):
-            words = line.split()
-            if words[:1] == ['Step']:
-                rows = []
-                runs.append(rows)
-            elif words[:2] == ['Loop', 'time']:
-                rows = None
-            elif rows is not None and len(words) == 8 and words[0].isdigit():
-                rows.append([float(w) for w in words])
-        self.thermo = np.array(runs[2])    # step time converted kinetic potential fracture release work
-        lines = open(path(name + '.joints')).read().split('\n')
-        first = max(k for k, line in enumerate(lines) if line.startswith('ITEM: ENTRIES')) + 1
-        self.softening = {}
-        for line in lines[first:]:
-            words = line.split()
-            if len(words) == 4 and float(words[3]) > 0.0:
-                self.softening[(int(words[1]), int(words[2]))] = float(words[3])
+        events = defe.read_events(path(name + '.events'))
+        self.broken, self.converted = events.of('broken'), events.of('convert')
+        self.started = events.where(events.step > CUTTING).of('cohesive')
+        self.thermo = defe.read_log(path(name + '.log')).runs[2].thermo
+        joints = defe.read_dump(path(name + '.joints'))[-1].table
+        one, two, damage = list(joints.columns.values())[1:4]
+        self.softening = {(int(a), int(b)): d for a, b, d in zip(one, two, damage) if d > 0.0}
 
     def area(self, events):
         """Projected areas of joints (m2); with the law lattice n is their own direction."""
@@ -174,30 +152,24 @@ class Strip:
         sx, sz = np.arange(begin, end, 0.05), np.arange(-z_end, z_end, 0.05)
         true = window(sx, begin, end).sum() * window(sz, -z_end, z_end).sum() * 0.0025 * D * D / n[1]
         damage = np.array([self.softening.get(tuple(i), 0.0) for i in self.started.ids])
-        fracture = self.thermo[-1, 5] - self.thermo[0, 5]
+        t = self.thermo
+        fracture = t['fracture'][-1] - t['fracture'][0]
         work = fracture / (self.gf * (a.sum() + (damage * self.area(self.started)).sum()))
         r['energy'] = work * inside / true
-        total = self.thermo[:, 3] + self.thermo[:, 4] - self.thermo[:, 7]
-        r['rise'] = (total - np.minimum.accumulate(total)).max() / (self.thermo[:, 3] + self.thermo[:, 4]).max()
+        held = t['e_kinetic'] + t['PotEng']
+        r['rise'] = defe.largest_rise(held - t['external']) / held.max()
         return r
 
-    def farthest(self):
-        """Times (s) and the farthest broken joint beyond the notch (m)."""
+    def beyond(self):
+        """Times (s) of the joints broken beyond the notch, and where (m)."""
         e = self.broken.where(self.broken.x[:, 0] > 0.0)
-        order = np.argsort(e.step, kind='stable')
-        return e.time[order], np.maximum.accumulate(e.x[order, 0])
+        return e.time, e.x[:, 0]
 
     def speed(self, x1, x2):
-        t, x = self.farthest()
-        if len(x) == 0 or x[-1] < x2 * D:
-            return np.nan
-        t1, t2 = t[np.searchsorted(x, x1 * D)], t[np.searchsorted(x, x2 * D)]
-        return (x2 - x1) * D / (t2 - t1)
+        return defe.cracks.speed(*self.beyond(), x1 * D, x2 * D)
 
     def arms(self, at):
-        e = self.broken
-        y = np.sort(e.x[np.abs(e.x[:, 0] / D - at) < 2.0, 1]) / D
-        return 0 if len(y) == 0 else 1 + int((np.diff(y) > 3.0).sum())
+        return defe.cracks.arms(self.broken.x, at * D, 2.0 * D, 3.0 * D)
 
 
 ORIENTATIONS = [('0', turned(0), 6.0), ('11.25', turned(11.25), 6.0), ('22.5', turned(22.5), 6.0),
@@ -254,23 +226,15 @@ def plot_paths():
     figure.tight_layout()
     save(figure, 'paths')
 
-    figure, axes = plt.subplots(1, 2, subplot_kw={'projection': 'polar'}, figsize=(9.5, 4.8))
+    figure, axes = plots.polar_pair()
     for ax, gf in zip(axes, (50.0, 10.0)):
+        curves = {}
         for label, colour, marker in (('lattice', RED, 's'), ('fronts', BLUE, 'o'), ('fronts, adaptive', BLUE, '^')):
             e = np.array([found[(gf, n, label)][1]['energy'] if found[(gf, n, label)][1] else np.nan for n in names])
-            quarter, both = np.array(angles + [90.0 - a for a in angles[-2::-1]]), np.concatenate([e, e[-2::-1]])
-            around = np.concatenate([quarter + 90.0 * k for k in range(4)])
-            ax.plot(np.radians(around), np.tile(both, 4), color=colour, marker=marker, ms=4,
-                    ls='-' if marker != '^' else ':', label=label)
+            curves[label] = angles, e, {'color': colour, 'marker': marker, 'ms': 4, 'ls': '-' if marker != '^' else ':'}
+        plots.polar(ax, f'G_f = {gf:.0f} J/m2', [0.5, 1.0, 1.5, 2.0], 2.2, curves, mirrors=(45, 90, 180))
         ax.plot(np.linspace(0, 2 * np.pi, 100), np.ones(100), color=GREY, lw=0.8)
-        ax.set_title(f'G_f = {gf:.0f} J/m2', fontsize=9, pad=14)
-        ax.set_rlim(0, 2.2)
-        ax.set_rticks([0.5, 1.0, 1.5, 2.0])
-        ax.set_rlabel_position(100)
-        ax.tick_params(labelsize=8)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc='lower center', ncol=3, frameon=False, fontsize=9)
-    figure.suptitle('fracture energy by the area of the crack, over G_f', fontsize=11)
-    figure.subplots_adjust(bottom=0.14, top=0.8, wspace=0.3)
+    plots.polar_legend(figure, 'fracture energy by the area of the crack, over G_f')
     save(figure, 'energy')
 
 
@@ -308,7 +272,7 @@ def plot_branching():
             speeds = [plate.speed(5.0, 25.0), plate.speed(25.0, 45.0)]
             rows.append([f'{angle:g}', label] + ['-' if np.isnan(v) else f'{v:.0f}' for v in speeds]
                         + [str(plate.arms(45.0))])
-            t, far = plate.farthest()
+            t, far = defe.cracks.farthest(*plate.beyond())
             ax_speed.plot(t * 1e6, far * 1e3, color=colour, ls=('-', '--', ':')[column], lw=0.8 + 0.6 * (start == 'seam'),
                           label=f'{label}, {angle:g}')
     t = np.array([0.0, 18.0])
@@ -361,4 +325,4 @@ if __name__ == '__main__':
     options = parser.parse_args()
     os.makedirs(options.out, exist_ok=True)
     for part in options.part or parts:
-        parts[part]()
+        defe.summary.main(parts[part])

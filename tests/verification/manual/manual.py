@@ -22,20 +22,12 @@ import sys
 import time
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[2]
-sys.path.insert(0, str(HERE))
+sys.path[:0] = [str(HERE), str(ROOT / "python")]
+import defe  # noqa: E402
 
-ENTRIES = ("elements converted des connective cohesive contact ties s1max e_elements e_joints e_ties e_cohesive e_contact "
-           "e_kinetic fracture released damping friction conv_strain conv_kinetic external total balance t_conversion "
-           "t_damage viscous softening_ties broken_ties").split()
-
+plt = defe.plots.plotting()
 
 @dataclasses.dataclass
 class Accept:
@@ -75,24 +67,20 @@ def number(value, digits=3):
     return "-" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
 
 
-class Energies:
-    """A file of fix ave/time with fix defe's vector, by name."""
+class Energies(defe.Table):
+    """A file of fix ave/time with fix defe's vector: columns by name, and how well they are conserved."""
 
     def __init__(self, file):
-        rows = [[float(w) for w in line.split()] for line in open(file) if not line.startswith("#")]
-        table = np.array(rows, ndmin=2)
-        self.step = table[:, 0]
-        for k, name in enumerate(ENTRIES):
-            setattr(self, name, table[:, 1 + k])
-        self.scale = max(np.abs(self.external).max(), np.abs(self.total).max(), (self.e_kinetic + self.e_elements + self.e_joints).max())
+        super().__init__(defe.read_table(file).columns, file)
+        self.scale = defe.energy_scale(self)
 
     def rise(self):
         """Largest rise of the total above an earlier value, over the largest of what was put in or was there."""
-        return float((self.total - np.minimum.accumulate(self.total)).max() / self.scale)
+        return defe.largest_rise(self.total) / self.scale
 
     def drift(self):
         """Largest deviation of the balance, which should be constant, over the same."""
-        return float(np.abs(self.balance - self.balance[0]).max() / self.scale)
+        return defe.balance_drift(self) / self.scale
 
 
 class Session:
@@ -123,11 +111,10 @@ class Session:
         old = os.environ.get("LD_LIBRARY_PATH")
         environment["LD_LIBRARY_PATH"] = str(o.plugin) + (":" + old if old else "")
         done = subprocess.run(command, cwd=self.out, env=environment, stdin=subprocess.DEVNULL)
-        log = self.path(name + ".log").read_text()
+        log = defe.read_log(self.path(name + ".log"))    # whose message has LAMMPS' error
         if done.returncode:
-            errors = [line for line in log.splitlines() if line.startswith("ERROR")]
-            raise RuntimeError(f"LAMMPS failed in {self.name}: {errors[0] if errors else name + '.log'}")
-        self.loops[name] = sum(float(t) for t in re.findall(r"^Loop time of (\S+)", log, re.M))
+            raise defe.InputError(f"LAMMPS failed in {self.name}: {log.errors[0] if log.errors else name + '.log'}")
+        self.loops[name] = log.seconds
 
     def all(self, function, items):
         """function(item) for all items, as many at a time as there are cores."""
@@ -152,15 +139,8 @@ class Session:
     def plot_energies(self, name, dt, title):
         """Energies of one run over time."""
         e = self.energies(name)
-        t = e.step * dt * 1e6
         figure, ax = plt.subplots(figsize=(6, 3.4))
-        ax.plot(t, e.external, label="work of loads")
-        ax.plot(t, e.e_kinetic, label="kinetic")
-        ax.plot(t, e.e_elements + e.e_joints + e.e_ties + e.e_cohesive + e.e_contact, label="stored")
-        ax.plot(t, e.fracture + e.released, label="fracture")
-        ax.plot(t, e.total, color="k", lw=0.8, label="total less work of loads")
-        ax.set(xlabel="time (us)", ylabel="energy (J)")
-        ax.legend(fontsize=7)
+        defe.plots.loaded(ax, e.step * dt * 1e6, e)
         ax.set_title(title, fontsize=9)
         figure.tight_layout()
         self.figure(figure, "energies_" + name, f"{title}: energies. The total rises by at most {100 * e.rise():.2g} % of what was put in; "
@@ -383,4 +363,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(defe.summary.main(main))

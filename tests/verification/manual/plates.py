@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "cracks"))
-from mesh import Events, Mesh, turned  # noqa: E402
+sys.path[:0] = [str(Path(__file__).resolve().parent.parent / "cracks"), str(Path(__file__).resolve().parents[3] / "python")]
+import defe  # noqa: E402
+from mesh import Mesh, turned  # noqa: E402
 
 
 class NotchedPlate:
@@ -77,8 +78,9 @@ class Crack:
 
     def __init__(self, events, tip, spacing):
         self.d = spacing
-        self.broken, self.converted = Events(events, "broken"), Events(events, "convert")
-        self.started = Events(events, "cohesive")
+        events = defe.read_events(events)
+        self.broken, self.converted = events.of("broken"), events.of("convert")
+        self.started = events.of("cohesive")
         self.x = self.broken.x - [tip, 0.0, 0.0]
 
     def start(self):
@@ -86,20 +88,15 @@ class Crack:
         return float(self.broken.time.min()) if len(self.broken) else np.nan
 
     def farthest(self):
-        order = np.argsort(self.broken.step, kind="stable")
-        return self.broken.time[order], np.maximum.accumulate(self.x[order, 0]) if len(order) else np.array([])
+        return defe.cracks.farthest(self.broken.time, self.x[:, 0])
 
     def speed(self, x1, x2):
         """Mean over this way, m/s."""
-        t, x = self.farthest()
-        if len(x) == 0 or x[-1] < x2:
-            return np.nan
-        return (x2 - x1) / (t[np.searchsorted(x, x2)] - t[np.searchsorted(x, x1)])
+        return defe.cracks.speed(self.broken.time, self.x[:, 0], x1, x2)
 
     def arms(self, at, apart=4.0):
         """Cracks that cross the line x = at: broken joints that are `apart` spacings from each other along y."""
-        y = np.sort(self.x[np.abs(self.x[:, 0] - at) < 2.0 * self.d, 1])
-        return 0 if len(y) == 0 else 1 + int((np.diff(y) > apart * self.d).sum())
+        return defe.cracks.arms(self.x, at, 2.0 * self.d, apart * self.d)
 
     def branching(self, until, apart=4.0):
         """Where (x, time) two arms stay apart from then on over 8 spacings; nan if nowhere up to `until`."""

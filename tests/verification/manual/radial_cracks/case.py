@@ -1,5 +1,6 @@
 """See README.md."""
 
+import defe
 import numpy as np
 from manual import Accept, plt
 from plates import Crack, Mesh, stable_step, turned
@@ -44,14 +45,9 @@ def run(s):
 
     def radial(crack):
         """Cracks along a radius in the lower half that cross a circle: broken joints more than 12 degrees apart."""
-        x, n = crack.broken.x, crack.broken.n
-        r = np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-12)
-        around = np.abs(x[:, 0] * n[:, 1] - x[:, 1] * n[:, 0]) / r
-        if len(r) == 0:
-            return 0
-        near = (np.abs(r - CIRCLE * r.max()) < 2.0 * crack.d) & (around > 0.8) & (x[:, 2] < 0.0)
-        angle = np.sort(np.degrees(np.arctan2(x[near, 1], x[near, 0])))
-        return int((np.diff(np.append(angle, angle[0] + 360.0)) > 12.0).sum()) or 1 if len(angle) else 0
+        low = crack.broken.where(crack.broken.x[:, 2] < 0.0)
+        longest = np.hypot(crack.broken.x[:, 0], crack.broken.x[:, 1]).max(initial=0.0)
+        return defe.cracks.count_radial(low.x, low.n, CIRCLE * longest, 2.0 * crack.d, 12.0)
 
     rows = [["mesh", "speed (m/s)", "radial cracks", "farthest joint (mm)", "converted", "time of the run (s)", "energy rises (%)"]]
     for (label, v), (name, dt, crack) in found.items():
