@@ -15,6 +15,7 @@ from . import cracks, plots, summary
 from .dumps import Fragments, Frame, fragments, read_dump
 from .errors import InputError
 from .events import KINDS, Events, element_of, read_events
+from .host import entries, plugin_path, start
 from .logs import Log, Run, read_log
 from .mesh import Mesh, block, read_mesh, write_mesh
 from .tables import (ENTRIES, STORED, Table, balance_drift, energy_rise, energy_scale, force_from_velocity, largest_rise,

@@ -1,5 +1,6 @@
 """Plots of runs; needs matplotlib, and PIL for sheet(). Times are in us and energies in mJ on all axes."""
 
+import importlib.util
 import string
 
 import numpy as np
@@ -11,12 +12,17 @@ from .tables import STORED, stored
 RED = "#d33"
 
 
+def available():
+    """Whether matplotlib is there."""
+    return importlib.util.find_spec("matplotlib") is not None
+
+
 def plotting():
     """matplotlib.pyplot, drawing into files."""
-    try:
-        import matplotlib
-    except ImportError:
-        raise InputError("plots need matplotlib: install python3-matplotlib (tools/install-deps.sh plots)") from None
+    if not available():
+        raise InputError("plots need matplotlib: install python3-matplotlib (tools/install-deps.sh plots)")
+    import matplotlib
+
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
@@ -117,6 +123,23 @@ def timeline(path, title, events, end=None):
         reach.step(np.append(1e6 * when, end), 1e3 * np.append(far, far[-1]), where="post", color="k")
     reach.set(xlabel="us", ylabel="farthest broken joint\nfrom the first (mm)")
     figure.savefig(path, dpi=100)
+    plt.close(figure)
+
+
+def live(path, names, rows):
+    """A picture of what a run has done so far, to be drawn again after each piece of it: names (k,), rows (n, k), the first
+    column over which the others are drawn. Without matplotlib nothing is drawn. The file is there whole at any time."""
+    if not available():
+        return
+    plt, table = plotting(), np.asarray(rows, float)
+    figure, axes = plt.subplots(len(names) - 1, 1, figsize=(7, 2 * len(names) - 1), sharex=True, squeeze=False, constrained_layout=True)
+    for axis, name, column in zip(axes[:, 0], names[1:], table.T[1:]):
+        axis.plot(table[:, 0], column, "o-", ms=3, color="k")
+        axis.set_ylabel(name)
+    axes[-1, 0].set_xlabel(names[0])
+    new = path.with_name("." + path.name)
+    figure.savefig(new, dpi=100)
+    new.replace(path)
     plt.close(figure)
 
 

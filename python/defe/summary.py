@@ -35,7 +35,7 @@ def report(log_file, title, lines):
     log_file.write_text(log_file.read_text().split("\n" + title)[0].rstrip() + "\n" + text)
 
 
-MADE = ("summary.json", "compare.json", "energies.png", "timeline.png", "force.png", "hail.png", "crack.png")
+MADE = ("summary.json", "compare.json", "arch.png", "energies.png", "timeline.png", "force.png", "hail.png", "crack.png")
 
 
 def closing_line(folder, summary):
@@ -49,8 +49,11 @@ def closing_line(folder, summary):
 
 
 def main(function, *arguments):
-    """Calls it; an InputError ends the program with one line."""
+    """Calls it; an InputError, or an error of LAMMPS in this process, ends the program with one line."""
     try:
         return function(*arguments)
-    except InputError as error:
-        sys.exit(f"{os.path.basename(sys.argv[0])}: {error}")
+    except Exception as error:
+        # LAMMPS' module raises Exception itself
+        if not isinstance(error, InputError) and not (type(error) is Exception and str(error).startswith("ERROR")):
+            raise
+        sys.exit(f"{os.path.basename(sys.argv[0])}: {' '.join(str(error).split())}")

@@ -1,0 +1,15 @@
+# <build>/python: what PYTHONPATH needs for LAMMPS' own Python module, which finds the library beside itself, with the
+# plugin and the packages of python/. Links only.
+set(folder "${PROJECT_BINARY_DIR}/python")
+file(GLOB modules "${LAMMPS_SOURCE_DIR}/python/lammps/*")
+file(MAKE_DIRECTORY "${folder}/lammps")
+foreach(file IN LISTS modules lammps_library)
+  get_filename_component(name "${file}" NAME)
+  if(NOT name STREQUAL "__pycache__")
+    file(CREATE_LINK "${file}" "${folder}/lammps/${name}" SYMBOLIC)
+  endif()
+endforeach()
+foreach(name defe hexmesh)
+  file(CREATE_LINK "${PROJECT_SOURCE_DIR}/python/${name}" "${folder}/${name}" SYMBOLIC)
+endforeach()
+file(CREATE_LINK "${PROJECT_BINARY_DIR}/defeplugin.so" "${folder}/defeplugin.so" SYMBOLIC)
