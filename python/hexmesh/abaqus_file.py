@@ -27,8 +27,12 @@ PARAMETERS = {
 KNOWN = {*PARAMETERS, *UNSUPPORTED}
 
 
-def element_type(name):
-    """(type as in meshio, number of nodes) of an Abaqus element type."""
+CARRIERS = ("surface", "line", "point")  # of these only nodes and sets count
+
+
+def element_type(name, hexes_only):
+    """(type as in meshio, number of nodes) of an Abaqus element type; with hexes_only also of one that is not known, (its
+    name, None)."""
     name = name.upper()
     match = re.match(r"C3D(4|5|6|8|10|15|20|27)[A-Z]*$", name)
     if match:
@@ -51,7 +55,10 @@ def element_type(name):
         return "line", 2
     if re.match(r"(MASS|ROTARYI)$|(SPRING|DASHPOT)1$", name):
         return "point", 1
-    raise Refused(f"elements of type {printable(name)} are not known; needed is C3D8 or a variant of it")
+    if hexes_only:
+        return printable(name), None
+    raise Refused(f"elements of type {printable(name)} are not known; needed is C3D8 or a variant of it "
+                  "(--hexes-only leaves them out)")
 
 
 # --- lines and blocks ------------------------------------------------------------------------------
@@ -162,7 +169,8 @@ class Instance(Scope):
 
 
 class Reader:
-    def __init__(self):
+    def __init__(self, hexes_only):
+        self.hexes_only = hexes_only
         self.file = Scope("")
         self.parts, self.instances = {}, {}
         self.scope = self.file
@@ -234,9 +242,14 @@ class Reader:
     def read_element(self, parameters, data):
         if not parameters.get("TYPE"):
             raise Refused("*ELEMENT has no TYPE")
-        kind, size = element_type(parameters["TYPE"])
+        kind, size = element_type(parameters["TYPE"], self.hexes_only)
+        if size is None:
+            ids = self.read_left(kind, data)
+            data = []
+        else:
+            ids = []
         about = f"of type {printable(parameters['TYPE'])}"
-        words, ids, elements = [], [], self.scope.elements
+        words, elements = [], self.scope.elements
         for line in data:
             for word in filter(None, map(str.strip, line.split(","))):
                 # in the assembly, nodes of instances: Part-1-1.7
@@ -254,6 +267,17 @@ class Reader:
             raise Refused(f"element {words[0]} {about} has {len(words) - 1} nodes, not {size}")
         if parameters.get("ELSET"):
             self.scope.add("element", parameters["ELSET"], ids)
+
+    def read_left(self, kind, data):
+        """IDs of elements that are left out, of a type of unknown size: one per line, or per lines that end with a comma."""
+        ids, goes_on = [], False
+        for line in data:
+            if not goes_on:
+                ids.append(self.number(line.split(",")[0].strip()))
+                if self.scope.elements.setdefault(ids[-1], (kind, [])) != (kind, []):
+                    raise Refused(f"element {ids[-1]} is defined twice")
+            goes_on = line.endswith(",")
+        return ids
 
     def reference(self, word):
         """(INSTANCE, ID or name) of 'Part-1-1.7'."""
@@ -481,8 +505,9 @@ def written_sets(model, what):
     return found
 
 
-def read(path):
-    reader, lines = Reader(), Lines()
+def read(path, hexes_only=False):
+    """hexes_only: types of elements that are not known are left out, too."""
+    reader, lines = Reader(hexes_only), Lines()
     reader.read(lines, path)
     model = Model(reader)
     mesh = Mesh()
@@ -499,7 +524,7 @@ def read(path):
     for placed in model.placed.values():
         for element, (kind, _) in placed.elements.items():
             index = placed.index["element"][element]
-            if kind in ("surface", "line", "point"):
+            if kind in CARRIERS:
                 mesh.ignored[kind] = mesh.ignored.get(kind, 0) + 1
             elif kind == "hexahedron":
                 hex_index[index] = len(hexes)
@@ -537,7 +562,11 @@ def read_sets(model, mesh, hex_index):
             if internal:
                 mesh.hidden.add(name)
         elif not internal:
-            nodes = [node for element in elements.tolist() for node in model.nodes_of(element)]
+            carriers = [element for element in elements.tolist() if model.elements[element][1][0] in CARRIERS]
+            if not carriers and len(elements):
+                mesh.notes.append(f"the set '{printable(name)}' holds elements that are left out, and is left out")
+                continue
+            nodes = [node for element in carriers for node in model.nodes_of(element)]
             nodes = np.unique(np.array(nodes, dtype=np.int64))
             same = mesh.node_sets.get(name)
             if same is None:

@@ -1,6 +1,7 @@
 """tools/mesh2data: files that were once refused or read wrongly, those of inputs/ and what Gmsh itself writes."""
 
 import json
+import re
 import subprocess
 import sys
 import unittest
@@ -51,6 +52,34 @@ class Inputs(Case):
         data = self.convert(INPUTS / "spring.inp")
         self.assertEqual(self.groups(data), {"E": list(range(1, 13)), "S": [1, 12]})
         self.assertIn("elements that only name nodes: 1 line", self.summary)
+
+    def test_hexes_only(self):
+        """Hexahedra beside all that comes with them: what is left is said, with the nodes that are in no hexahedron."""
+        points, hexes = block((2, 1, 1), 1.0)
+        more = ["*NODE", "20, 5, 5, 5", "21, 6, 5, 5", "22, 7, 7, 7", "*ELEMENT, TYPE=C3D4, ELSET=tets", "30, 1, 2, 3, 20",
+                "*ELEMENT, TYPE=COH3D8, ELSET=glue", "31, 1, 2, 3, 4,", "5, 6, 7, 8", "32, 1, 2, 3, 4, 5, 6, 7, 8", "*ELEMENT, TYPE=B31, ELSET=beams",
+                "33, 20, 21", "*ELEMENT, TYPE=MASS, ELSET=masses", "34, 12", "*ELEMENT, TYPE=GAPUNI, ELSET=gaps", "35, 1, 22",
+                "*ELEMENT, TYPE=S4R, ELSET=shell", "36, 1, 2, 3, 4", "*NSET, NSET=held", "1, 20", "*ELSET, ELSET=both", "1, 30, 31",
+                "*SOLID SECTION, ELSET=glass, MATERIAL=m", "*SOLID SECTION, ELSET=tets, MATERIAL=m", "*COHESIVE SECTION, ELSET=glue"]
+        deck = self.write("deck.inp", inp(points, [("glass", hexes)], extra="\n".join(more) + "\n"))
+        self.refuse(deck, "elements of type COH3D8 are not known", "--hexes-only")
+        self.refuse(self.write("tets.inp", deck.read_text().replace("COH3D8", "C3D8").replace("31, 1, 2, 3, 4,\n5, 6, 7, 8\n32, 1, 2, 3, 4, 5, 6, 7, 8\n", "").replace("30, 31", "30")),
+                    "only 8-node hexahedra can be used; there are tetra elements 30 (--hexes-only")
+        data = self.convert(deck, "--hexes-only")
+        self.assertEqual(data.shape(), cells((2, 1, 1), 1.0, "glass"))
+        self.assertEqual(self.groups(data), {"glass": list(range(1, 13)), "held": [1], "beams": [], "masses": [12], "gaps": [1],
+                                             "shell": [1, 2, 3, 4], "both": sorted(hexes[0] + 1)})
+        for words in ("left out: 1 element of type tetra, 30", "left out: 2 elements of type COH3D8, 31, 32", "3 orphan nodes left out: 20, 21, 22",
+                      "the set 'tets' holds elements that are left out", "the set 'glue' holds elements", "2 line, 1 point, 1 surface"):
+            self.assertIn(words, self.summary)
+
+    def test_hexes_only_of_gmsh(self):
+        text = (INPUTS / "parametric_41.msh").read_text()
+        deck = self.write("deck.msh", re.sub(r"(\$Elements\n)(\d+) (\d+) (\d+) (\d+)\n", lambda m: f"{m[1]}{int(m[2]) + 1} {int(m[3]) + 1} {m[4]} 99\n"
+                                             "3 1 4 1\n99 1 2 3 4\n", text))
+        self.refuse(deck, "there are tetra elements 99 (--hexes-only")
+        self.assertEqual(self.convert(deck, "--hexes-only").shape(), cells((2, 2, 2), (1.0, 0.5, 0.5), "glass"))
+        self.assertIn("left out: 1 element of type tetra, 99", self.summary)
 
     def test_include_within_a_block(self):
         data = self.convert(INPUTS / "include_drops_nset.inp")
