@@ -13,8 +13,8 @@ from .errors import InputError, at, text_of
 
 @dataclasses.dataclass
 class Mesh:
-    """nodes (n, 3) in m; hexes (m, 8), indices of nodes from 0: four around a face, counter-clockwise seen from the opposite
-    face's side outwards (0 1 2 3 at the bottom seen from above), then the four above them; parts (m,) names, or one name for
+    """nodes (n, 3) in m; hexes (m, 8), indices of nodes from 0, in the order of VTK_HEXAHEDRON: four around one face,
+    counter-clockwise seen from the opposite face, then the four opposite to them; parts (m,) names, or one name for
     all; types (n,) atom types of the nodes, or one for all. The ID of a node or element is its index plus 1."""
 
     nodes: np.ndarray

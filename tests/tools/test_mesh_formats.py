@@ -1,0 +1,149 @@
+#!/usr/bin/env python3
+"""tools/mesh2data: files of LS-DYNA and VTK."""
+
+import unittest
+
+from meshes import Case, block, meshio, np, turned
+
+
+def cells(parts, n=(2, 1, 1)):
+    """What Data.shape() is for a block of unit cubes; parts: of each."""
+    points, hexes = block(n, 1.0)
+    places = [tuple(x) for x in points.tolist()]
+    return sorted((part, turned([places[k] for k in nodes])) for part, nodes in zip(parts, hexes))
+
+
+def deck(solids=None, comma=False, two_lines=False, width=8, more=()):
+    """Two cubes, parts 7 and 9, nodes from 101 on, elements from 11 on."""
+    points, hexes = block((2, 1, 1), 1.0)
+
+    def card(widths, words):
+        return ", ".join(map(str, words)) if comma else "".join(str(word).rjust(w) for word, w in zip(words, widths))
+
+    mark = {8: "", 10: "%", 20: "+"}[width]
+    lines = ["$ a comment", "*KEYWORD", "*TITLE", "two cubes", "*NODE" + mark]
+    lines += [card((width, *3 * [max(16, width)]), (101 + k, *map(float, x))) for k, x in enumerate(points)]
+    lines += ["*PART", "glass pane", card(8 * [10], (7, 1, 1)), "pvb", card(8 * [10], (9, 1, 2)), "*ELEMENT_SOLID" + mark]
+    for k, nodes in enumerate(hexes):
+        head, rest = (11 + k, (7, 9)[k]), [101 + node for node in nodes]
+        lines += [card(2 * [width], head), card(8 * [width], rest)] if two_lines else [card(10 * [width], (*head, *rest))]
+    return "\n".join([*lines, *more, "*END", "what comes after it"]) + "\n"
+
+
+class Dyna(Case):
+    def dyna(self, text, *options):
+        return self.convert(self.write("mesh.k", text), *options)
+
+    def test_columns_commas_and_long_numbers(self):
+        for options in ({}, {"comma": True}, {"two_lines": True}, {"width": 10}, {"width": 20}, {"width": 20, "two_lines": True}):
+            with self.subTest(**options):
+                self.assertEqual(self.dyna(deck(**options)).shape(), cells(["glass_pane", "pvb"]))
+        text = deck(width=20).replace("*NODE+", "*NODE").replace("*ELEMENT_SOLID+", "*ELEMENT_SOLID").replace("*KEYWORD", "*KEYWORD LONG=Y")
+        text = text.replace("         7         1         1", "                   7                   1")
+        self.assertEqual(self.dyna(text.replace("         9         1         2", "                   9")).shape(), cells(["glass_pane", "pvb"]))
+
+    def test_numbers_of_fortran(self):
+        data = self.dyna(deck().replace("             2.0", "           2.0+0"))
+        self.assertEqual(data.shape(), cells(["glass_pane", "pvb"]))
+
+    def test_without_titles_and_ids_kept(self):
+        text = deck().replace("glass pane\n", "\n").replace("pvb\n", "\n")
+        data = self.dyna(text, "--keep-ids")
+        self.assertEqual((data.part, sorted(data.x)), ({11: "part_7", 12: "part_9"}, list(range(101, 113))))
+        same = self.dyna(deck().replace("pvb\n", "glass pane\n"))
+        self.assertEqual(same.part, {1: "glass_pane_7", 2: "glass_pane_9"})
+
+    def test_sets(self):
+        more = ["*SET_NODE_LIST_TITLE", "held", "         1", "       101       102       103",
+                "*SET_NODE_LIST_GENERATE", "         5", "       101       104       112       999",
+                "*SET_NODE", "6, 0., 0.", "107,108",
+                "*SET_SEGMENT", "         2", "       101       103       104       102", "*SET_SOLID_TITLE", "second", "         3", "        12",
+                "*SET_PART_LIST_TITLE", "all parts", "         4", "         7         9", "*SET_NODE_GENERAL_TITLE", "odd", "         8", "ALL"]
+        data = self.dyna(deck(more=more))
+        first, second = (sorted(int(node) + 1 for node in nodes) for nodes in block((2, 1, 1), 1.0)[1])
+        self.assertEqual({name: sorted(nodes) for name, nodes in data.groups.items()}, {
+            "glass_pane": first, "pvb": second, "held": [1, 2, 3], "node_set_5": [1, 2, 3, 4, 12], "node_set_6": [7, 8],
+            "segment_set_2": [1, 2, 3, 4], "second": second, "all_parts": list(range(1, 13))})
+        self.assertIn("the set 'odd' is left out: *SET_NODE_GENERAL_TITLE is not read", self.summary)
+
+    def test_include(self):
+        head, tail = deck().split("*ELEMENT_SOLID\n")
+        self.write("solids.k", "*ELEMENT_SOLID\n" + tail)
+        self.assertEqual(self.dyna(head + "*INCLUDE\nsolids.k\n*SET_NODE_TITLE\nheld\n1\n101\n*END\n").groups["held"], {1})
+        self.refuse(self.write("a.k", head + "*INCLUDE\nother.k\n"), "there is no file", "other.k")
+        self.refuse(self.write("a.k", "*INCLUDE\na.k\n"), "include each other")
+
+    def test_other_elements(self):
+        more = ["*ELEMENT_SOLID", "      21       7     101     102     104     103     103     103     103     103",
+                "      22       7     101     102     104     103     105     105     105     105",
+                "      23       7     101     102     104     103     105     105     106     106",
+                "*ELEMENT_SHELL", "      31       8     101     102     104     103"]
+        path = self.write("mesh.k", deck(more=more))
+        self.refuse(path, "tetra elements 21; pyramid elements 22; wedge elements 23 (--hexes-only")
+        self.assertEqual(self.convert(path, "--hexes-only").shape(), cells(["glass_pane", "pvb"]))
+        for words in ("left out: 1 element of type tetra, 21", "*ELEMENT_SHELL is left out, 1 lines"):
+            self.assertIn(words, self.summary)
+
+    def test_refused(self):
+        for text, words in (
+                (deck().replace("       7     101", "       7     199"), ["element 11: there is no node 199"]),
+                (deck().replace("*NODE\n", "*NODE\n  101 7.0\n"), ["is not in columns of 8"]),
+                (deck(comma=True).replace("*NODE\n", "*NODE\n101, 7.0\n"), ["node 101 is defined twice"]),
+                (deck(comma=True).replace("11, 7,", "11, x,"), ["*ELEMENT_SOLID: 'x' is no integer"]),
+                (deck(comma=True).replace("102, 0.0", "102, one"), ["*NODE: 'one' is not a number"]),
+                (deck(more=["*INCLUDE_TRANSFORM", "a.k"]), ["*INCLUDE_TRANSFORM is not supported"]),
+                (deck(more=["*ELEMENT_SOLID_ORTHO", "1,1"]), ["*ELEMENT_SOLID_ORTHO is not supported"]),
+                (deck(more=["*SET_NODE_TITLE", "pvb", "1", "101"]), ["the set 'pvb' has the name of another set or part"]),
+                (deck(more=["*SET_NODE_TITLE", "held", "1", "199"]), ["the set 'held': there is no node 199"]),
+                ("\n".join(deck(two_lines=True).splitlines()[:-3]) + "\n", ["element 12: the line of its nodes is missing"]),
+                ("nothing\n", ["stands before the first keyword"]), ("*KEYWORD\n", ["there are no hexahedra"])):
+            with self.subTest(words=words):
+                self.refuse(self.write("bad.k", text), *words)
+
+
+class Vtk(Case):
+    def vtk(self, suffix, others=(), points=None, **cell_data):
+        found, hexes = block((2, 1, 1), 1.0)
+        path = self.folder / f"mesh{suffix}"
+        blocks = [("hexahedron", hexes), *others]
+        module = meshio.vtu if suffix == ".vtu" else meshio.vtk
+        module.write(str(path), meshio.Mesh(found, blocks, point_data=points or {}, cell_data={
+            key: [np.asarray(value), *(np.zeros(len(o[1]), np.asarray(value).dtype) for o in others)] for key, value in cell_data.items()}))
+        return path
+
+    def test_parts_and_sets(self):
+        held = np.arange(12) % 2
+        for suffix in ".vtk", ".vtu":
+            with self.subTest(suffix):
+                path = self.vtk(suffix, points={"held": held, "height": np.linspace(0, 1, 12), "level": np.arange(12)}, material=[4, 2], stress=[0.5, 1.5])
+                data = self.convert(path, "--rename", "material_4=glass")
+                self.assertEqual(data.shape(), cells(["glass", "material_2"]))
+                self.assertEqual((set(data.groups), data.groups["held"]), ({"glass", "material_2", "held"}, {2, 4, 6, 8, 10, 12}))
+
+    def test_several_arrays(self):
+        path = self.vtk(".vtu", material=[4, 2], rank=[0, 1])
+        self.refuse(path, "several arrays of whole numbers over the elements, material, rank: choose", "--part-array")
+        self.assertEqual(self.convert(path, "--part-array", "rank").shape(), cells(["rank_0", "rank_1"]))
+        self.refuse(path, "no array of whole numbers 'x'", "there are: material, rank", options=["--part-array", "x"])
+        self.refuse(self.vtk(".vtk"), "in no part", "--default-part")
+        self.assertEqual(self.convert(self.vtk(".vtk"), "--default-part", "glass").shape(), cells(["glass", "glass"]))
+        self.refuse(self.write("a.k", deck()), "--part-array is for files of VTK", options=["--part-array", "x"])
+
+    def test_other_elements(self):
+        _, hexes = block((2, 1, 1), 1.0)
+        path = self.vtk(".vtu", others=[("quad", hexes[:1, :4]), ("tetra", hexes[:1, [0, 1, 3, 4]])], material=[4, 2])
+        self.refuse(path, "tetra elements 4 (--hexes-only")
+        self.assertEqual(self.convert(path, "--hexes-only").shape(), cells(["material_4", "material_2"]))
+        self.assertIn("elements that only name nodes: 1 quad", self.summary)
+
+    def test_broken(self):
+        for suffix in ".vtk", ".vtu":
+            data = self.vtk(suffix, material=[4, 2]).read_bytes()
+            for text in (data[:len(data) // 2], b"", b"nonsense\n" * 20):
+                path = self.folder / f"broken{suffix}"
+                path.write_bytes(text)
+                self.refuse(path, "")
+
+
+if __name__ == "__main__":
+    unittest.main()
