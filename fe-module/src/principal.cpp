@@ -17,6 +17,14 @@ double max_principal(const Mat3 &s, Vec3 &direction)
   return solver.eigenvalues()[2];
 }
 
+double von_mises(const double *s)
+{
+  return std::sqrt(0.5 *
+                       ((s[0] - s[1]) * (s[0] - s[1]) + (s[1] - s[2]) * (s[1] - s[2]) +
+                        (s[2] - s[0]) * (s[2] - s[0])) +
+                   3.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
+}
+
 double stress_bound(const Mat3 &s, const StressBound &weights)
 {
   const double p = s.trace() / 3.0;

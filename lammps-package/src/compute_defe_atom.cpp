@@ -18,7 +18,6 @@
 #include "defe/fe/principal.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 using namespace LAMMPS_NS;
@@ -175,11 +174,7 @@ double ComputeDefeAtom::stress_of(Quantity q, int i) const
   if (sum[i][6] == 0.0) return 0.0;
   double s[6];
   for (int k = 0; k < 6; k++) s[k] = sum[i][k] / sum[i][6];
-  if (q == VONMISES)
-    return std::sqrt(0.5 *
-                         ((s[0] - s[1]) * (s[0] - s[1]) + (s[1] - s[2]) * (s[1] - s[2]) +
-                          (s[2] - s[0]) * (s[2] - s[0])) +
-                     3.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
+  if (q == VONMISES) return defe::fe::von_mises(s);
   defe::Mat3 m;
   m << s[0], s[3], s[4], s[3], s[1], s[5], s[4], s[5], s[2];
   return defe::fe::max_principal(m);

@@ -14,6 +14,8 @@
 #include "modify.h"
 #include "update.h"
 
+#include "defe/fe/principal.h"
+
 #include <algorithm>
 #include <map>
 #include <string>
@@ -37,6 +39,7 @@ ComputeDefeHexLocal::ComputeDefeHexLocal(LAMMPS *lmp, int narg, char **arg) :
                                                         {"sxz", SXZ},
                                                         {"syz", SYZ},
                                                         {"s1", S1},
+                                                        {"vonmises", VONMISES},
                                                         {"strength", STRENGTH}};
   if (narg < 4) utils::missing_cmd_args(FLERR, "compute defe/hex/local", error);
   for (int k = 3; k < narg; k++) {
@@ -45,7 +48,7 @@ ComputeDefeHexLocal::ComputeDefeHexLocal(LAMMPS *lmp, int narg, char **arg) :
       error->all(
           FLERR,
           "Unknown compute defe/hex/local quantity {}: use id, part, x, y, z, sxx, syy, szz, "
-          "sxy, sxz, syz, s1 or strength",
+          "sxy, sxz, syz, s1, vonmises or strength",
           arg[k]);
     what.push_back(found->second);
   }
@@ -135,6 +138,9 @@ void ComputeDefeHexLocal::compute_local()
             break;
           case S1:
             value = s1;
+            break;
+          case VONMISES:
+            value = defe::fe::von_mises(s);
             break;
           case STRENGTH:
             value = sys->strengths.of_element(i, h);

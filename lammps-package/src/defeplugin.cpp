@@ -25,6 +25,7 @@
 #include "compute_defe_joint_local.h"
 #include "create_hexes.h"
 #include "fix_defe.h"
+#include "fix_defe_vtk.h"
 #include "fix_defe_wall.h"
 #include "pair_defe_cohesive.h"
 #include "pair_defe_connective.h"
@@ -132,6 +133,7 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   };
   two("fix", "defe", "DEFE " DEFE_VERSION " fix defe", with_arguments<FixDefe>);
   two("fix", "defe/wall", "DEFE " DEFE_VERSION " fix defe/wall", with_arguments<FixDefeWall>);
+  two("fix", "defe/vtk", "DEFE " DEFE_VERSION " fix defe/vtk", with_arguments<FixDefeVTK>);
   one("pair", "defe/joint", "DEFE " DEFE_VERSION " pair defe/joint", one_argument<PairDefeJoint>);
   one("pair", "defe/connective", "DEFE " DEFE_VERSION " pair defe/connective",
       one_argument<PairDefeConnective>);

@@ -117,7 +117,7 @@ TEST(Output, StressesOfNodesAndElements)
   Lammps lmp;
   strain(lmp, block, F);
   lmp.commands("compute node all defe/atom vonmises s1 elements\n"
-               "compute hex all defe/hex/local id part x y z sxx syy szz sxy sxz syz s1\n"
+               "compute hex all defe/hex/local id part x y z sxx syy szz sxy sxz syz s1 vonmises\n"
                "compute one nodes defe/atom s1");
   lmp.run(0);
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(sigma);
@@ -141,6 +141,7 @@ TEST(Output, StressesOfNodesAndElements)
     const int order[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
     for (int k = 0; k < 6; k++) EXPECT_NEAR(row[5 + k], sigma(order[k][0], order[k][1]), tolerance);
     EXPECT_NEAR(row[11], s1, tolerance);
+    EXPECT_NEAR(row[12], von_mises(sigma), tolerance);
   }
   EXPECT_EQ(ids.size(), static_cast<size_t>(block.elements()));
   EXPECT_NEAR(lmp.fe(S1_MAX), s1, tolerance);

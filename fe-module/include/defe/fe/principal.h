@@ -11,6 +11,9 @@ double max_principal(const Mat3 &s);
 /// The same with its unit eigenvector; the sign of the vector is arbitrary.
 double max_principal(const Mat3 &s, Vec3 &direction);
 
+/// Equivalent stress of von Mises, of xx yy zz xy xz yz.
+double von_mises(const double *stress6);
+
 /// Weights of mean p + shear sqrt(J2/3), p = tr(s)/3: with the right ones an upper bound of any isotropic measure
 /// of a stress that is piecewise linear in its principal values (see coupling/criterion.h).
 struct StressBound {

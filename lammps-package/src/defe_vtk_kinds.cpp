@@ -1,0 +1,376 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "defe_vtk_kinds.h"
+
+#include "defe_system.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "compute.h"
+#include "domain.h"
+#include "error.h"
+#include "fix.h"
+#include "group.h"
+#include "modify.h"
+#include "region.h"
+#include "update.h"
+
+#include <algorithm>
+
+using namespace LAMMPS_NS;
+using defe::VtkField;
+using defe::VtkGrid;
+
+/* ---------------------------------------------------------------------- */
+
+DefeVtkKind::DefeVtkKind(const std::string &name, LAMMPS *lmp, Fix *host) :
+    Pointers(lmp), name(name), host(host), sys(DefeSystem::find(lmp))
+{
+}
+
+void DefeVtkKind::choose(const std::vector<std::string> &names)
+{
+  const bool flaws = sys->strengths.on();
+  const auto &all = fields();
+  if (names.empty())
+    for (size_t k = 0; k < all.size(); k++)
+      if (flaws || !all[k].needs_flaws) chosen.push_back(static_cast<int>(k));
+  for (const auto &word : names) {
+    const auto found = std::find_if(all.begin(), all.end(), [&word](const Field &f) {
+      return word == f.name;
+    });
+    if (found == all.end()) {
+      std::string list;
+      for (const auto &f : all) list += std::string(list.empty() ? "" : ", ") + f.name;
+      error->all(FLERR, "Unknown fix defe/vtk value {} of {}: use some of {}", word, name, list);
+    }
+    if (found->needs_flaws && !flaws)
+      error->all(FLERR, "Fix defe/vtk {} {} needs the keyword strength of fix defe", name, word);
+    const int k = static_cast<int>(found - all.begin());
+    if (has(k)) error->all(FLERR, "Fix defe/vtk {} {} is there twice", name, word);
+    chosen.push_back(k);
+  }
+}
+
+bool DefeVtkKind::has(int field) const
+{
+  return std::find(chosen.begin(), chosen.end(), field) != chosen.end();
+}
+
+Compute *DefeVtkKind::add_compute(const std::string &group_name, const std::string &text)
+{
+  computes.push_back(std::string(host->id) + "_" + name + std::to_string(computes.size()));
+  return modify->add_compute(computes.back() + " " + group_name + " " + text);
+}
+
+void DefeVtkKind::delete_computes()
+{
+  for (const auto &id : computes)
+    if (modify->get_compute_by_id(id)) modify->delete_compute(id);
+  computes.clear();
+}
+
+const double *const *DefeVtkKind::rows_of(Compute *compute) const
+{
+  compute->compute_local();
+  return compute->array_local;
+}
+
+bigint DefeVtkKind::before_me(size_t mine) const
+{
+  const auto n = static_cast<bigint>(mine);
+  bigint sum;
+  MPI_Scan(&n, &sum, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  return sum - n;
+}
+
+int DefeVtkKind::pack_forward(int, const int *, double *)
+{
+  return 0;
+}
+void DefeVtkKind::unpack_forward(int, int, const double *) {}
+int DefeVtkKind::pack_reverse(int, int, double *)
+{
+  return 0;
+}
+void DefeVtkKind::unpack_reverse(int, const int *, const double *) {}
+
+/* ----------------------------------------------------------------------
+   elements
+------------------------------------------------------------------------- */
+
+const std::vector<DefeVtkKind::Field> &DefeVtkElements::fields() const
+{
+  static const std::vector<Field> all = {
+      {"id", 1, true, false},   {"part", 1, true, false},      {"stress", 6, false, false},
+      {"s1", 1, false, false},  {"vonmises", 1, false, false}, {"strength", 1, false, true},
+      {"node", 1, true, false}, {"velocity", 3, false, false}, {"displacement", 3, false, false}};
+  return all;
+}
+
+void DefeVtkElements::add_computes()
+{
+  values = add_compute(group->names[host->igroup],
+                       "defe/hex/local x y z id part sxx syy szz sxy sxz syz s1 vonmises" +
+                           std::string(has(STRENGTH) ? " strength" : ""));
+}
+
+/* ----------------------------------------------------------------------
+   elements of this rank that are written, in the order of the compute
+------------------------------------------------------------------------- */
+
+void DefeVtkElements::find_hexes(Region *region)
+{
+  const auto *rows = values->array_local;
+  hexes.clear();
+  used.assign(atom->nlocal + atom->nghost, 0);
+  int row = -1;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & host->groupbit)) continue;
+    for (const auto &h : sys->store.hexes(i)) {
+      row++;
+      if (region && !region->match(rows[row][0], rows[row][1], rows[row][2])) continue;
+      Hex hex;
+      hex.row = row;
+      if (!sys->elements.local_hex(h, i, hex.node.data()))
+        error->one(FLERR, "Fix defe/vtk: a node of element {} is missing at step {}: it was lost",
+                   h.id, update->ntimestep);
+      for (int a : hex.node) used[a] = 1;
+      hexes.push_back(hex);
+    }
+  }
+}
+
+/* ----------------------------------------------------------------------
+   a node is a point of the rank that owns it, whose number in the file the others get to know
+------------------------------------------------------------------------- */
+
+void DefeVtkElements::add_nodes(VtkGrid &grid)
+{
+  comm->reverse_comm(host);
+  number.assign(atom->nlocal + atom->nghost, -1);
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!used[i]) continue;
+    number[i] = static_cast<bigint>(grid.npoints());
+    add_node(i, grid);
+  }
+  const bigint before = before_me(grid.npoints());
+  for (int i = 0; i < atom->nlocal; i++)
+    if (used[i]) number[i] += before;
+  comm->forward_comm(host);
+}
+
+/* ----------------------------------------------------------------------
+   its position is not wrapped, so that elements across a periodic boundary keep their shape
+------------------------------------------------------------------------- */
+
+void DefeVtkElements::add_node(int i, VtkGrid &grid) const
+{
+  double x[3], u[3];
+  domain->unmap(atom->x[i], atom->image[i], x);
+  for (int k = 0; k < 3; k++) u[k] = atom->x[i][k] - sys->store.x_frame(i)[k];
+  grid.add_point(x);
+  auto field = grid.point_fields.begin();
+  for (int c : chosen) {
+    if (c < CELLS) continue;
+    if (c == NODE)
+      field->add(static_cast<double>(atom->tag[i]));
+    else
+      field->add(c == VELOCITY ? atom->v[i] : u);
+    ++field;
+  }
+}
+
+void DefeVtkElements::add_hex(const double *row, VtkGrid &grid) const
+{
+  constexpr int column[CELLS] = {3, 4, 5, 11, 12, 13};
+  auto field = grid.cell_fields.begin();
+  for (int c : chosen) {
+    if (c >= CELLS) continue;
+    if (c == STRESS) {
+      double tensor[6];
+      defe::vtk_tensor(row + column[c], tensor);
+      field->add(tensor);
+    } else
+      field->add(row[column[c]]);
+    ++field;
+  }
+}
+
+void DefeVtkElements::collect(Region *region, VtkGrid &grid)
+{
+  for (int c : chosen) {
+    const auto &f = fields()[c];
+    (c < CELLS ? grid.cell_fields : grid.point_fields).emplace_back(f.name, f.components, f.whole);
+  }
+  const auto *rows = rows_of(values);
+  find_hexes(region);
+  add_nodes(grid);
+  for (const auto &hex : hexes) {
+    std::int64_t point[8];
+    for (int a = 0; a < 8; a++) point[a] = number[hex.node[a]];
+    grid.add_cell(VtkGrid::HEXAHEDRON, point);
+    add_hex(rows[hex.row], grid);
+  }
+}
+
+int DefeVtkElements::pack_forward(int n, const int *list, double *buf)
+{
+  for (int k = 0; k < n; k++) buf[k] = static_cast<double>(number[list[k]]);
+  return n;
+}
+
+void DefeVtkElements::unpack_forward(int n, int first, const double *buf)
+{
+  for (int k = 0; k < n; k++) number[first + k] = static_cast<bigint>(buf[k]);
+}
+
+int DefeVtkElements::pack_reverse(int n, int first, double *buf)
+{
+  for (int k = 0; k < n; k++) buf[k] = used[first + k];
+  return n;
+}
+
+void DefeVtkElements::unpack_reverse(int n, const int *list, const double *buf)
+{
+  for (int k = 0; k < n; k++)
+    if (buf[k] != 0.0) used[list[k]] = 1;
+}
+
+/* ----------------------------------------------------------------------
+   spheres
+------------------------------------------------------------------------- */
+
+const std::vector<DefeVtkKind::Field> &DefeVtkSpheres::fields() const
+{
+  static const std::vector<Field> all = {
+      {"id", 1, true, false},       {"type", 1, true, false},      {"part", 1, true, false},
+      {"element", 1, true, false},  {"radius", 1, false, false},   {"damage", 1, false, false},
+      {"fragment", 1, true, false}, {"velocity", 3, false, false}, {"omega", 3, false, false},
+      {"strength", 1, false, true}};
+  return all;
+}
+
+void DefeVtkSpheres::add_computes()
+{
+  values = add_compute("all",
+                       "defe/atom damage element" + std::string(has(STRENGTH) ? " strength" : ""));
+  if (has(FRAGMENT)) fragments = add_compute("all", "defe/fragment/atom");
+}
+
+void DefeVtkSpheres::add_values(int i, VtkGrid &grid) const
+{
+  const auto *de = sys->store.de(i);
+  auto field = grid.point_fields.begin();
+  for (int c : chosen) {
+    auto &f = *field++;
+    switch (c) {
+      case ID:
+        f.add(static_cast<double>(atom->tag[i]));
+        break;
+      case TYPE:
+        f.add(atom->type[i]);
+        break;
+      case PART:
+        f.add(de ? de->part + 1 : 0);
+        break;
+      case ELEMENT:
+        f.add(values->array_atom[i][1]);
+        break;
+      case RADIUS:
+        f.add(atom->radius[i]);
+        break;
+      case DAMAGE:
+        f.add(values->array_atom[i][0]);
+        break;
+      case FRAGMENT:
+        f.add(fragments->vector_atom[i]);
+        break;
+      case VELOCITY:
+        f.add(atom->v[i]);
+        break;
+      case OMEGA:
+        f.add(atom->omega[i]);
+        break;
+      case STRENGTH:
+        f.add(values->array_atom[i][2]);
+        break;
+    }
+  }
+}
+
+void DefeVtkSpheres::collect(Region *region, VtkGrid &grid)
+{
+  for (int c : chosen) {
+    const auto &f = fields()[c];
+    grid.point_fields.emplace_back(f.name, f.components, f.whole);
+  }
+  values->compute_peratom();
+  if (fragments) fragments->compute_peratom();
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double *x = atom->x[i];
+    if (!(atom->mask[i] & host->groupbit) || atom->radius[i] == 0.0) continue;
+    if (region && !region->match(x[0], x[1], x[2])) continue;
+    double whole[3];
+    domain->unmap(x, atom->image[i], whole);
+    grid.add_point(whole);
+    add_values(i, grid);
+  }
+  std::int64_t point = before_me(grid.npoints());
+  for (size_t k = 0; k < grid.npoints(); k++, point++) grid.add_cell(VtkGrid::VERTEX, &point);
+}
+
+/* ----------------------------------------------------------------------
+   joints
+------------------------------------------------------------------------- */
+
+const std::vector<DefeVtkKind::Field> &DefeVtkJoints::fields() const
+{
+  static const std::vector<Field> all = {
+      {"id1", 1, true, false},      {"id2", 1, true, false},   {"kind", 1, true, false},
+      {"state", 1, true, false},    {"part", 1, true, false},  {"damage", 1, false, false},
+      {"opening", 1, false, false}, {"slip", 1, false, false}, {"tn", 1, false, false},
+      {"ts", 1, false, false},      {"area", 1, false, false}, {"length", 1, false, false}};
+  return all;
+}
+
+void DefeVtkJoints::add_computes()
+{
+  std::string text = "defe/joint/local x y z";    // and all fields, in their order
+  for (const auto &f : fields()) text += std::string(" ") + f.name;
+  values = add_compute(group->names[host->igroup], text);
+}
+
+void DefeVtkJoints::collect(Region *region, VtkGrid &grid)
+{
+  constexpr int FIRST = 3, ID1 = 3, ID2 = 4, KIND = 5;    // columns of the compute
+  for (int c : chosen) {
+    const auto &f = fields()[c];
+    grid.cell_fields.emplace_back(f.name, f.components, f.whole);
+  }
+  const auto *rows = rows_of(values);
+  for (int r = 0; r < values->size_local_rows; r++) {
+    const double *row = rows[r];
+    if (region && !region->match(row[0], row[1], row[2])) continue;
+    const int i = atom->map(static_cast<tagint>(row[ID1]));
+    const double *end = row;    // of a tie: the point on the face
+    if (static_cast<int>(row[KIND]) == DefeJoint::DE)
+      end = atom->x[domain->closest_image(i, atom->map(static_cast<tagint>(row[ID2])))];
+    double from[3], to[3];
+    domain->unmap(atom->x[i], atom->image[i], from);
+    for (int k = 0; k < 3; k++) to[k] = from[k] + end[k] - atom->x[i][k];
+    grid.add_point(from);
+    grid.add_point(to);
+    for (size_t k = 0; k < chosen.size(); k++) grid.cell_fields[k].add(row[FIRST + chosen[k]]);
+  }
+  const bigint before = before_me(grid.npoints());
+  for (size_t k = 0; k < grid.npoints(); k += 2) {
+    const auto first = before + static_cast<bigint>(k);
+    const std::int64_t point[2] = {first, first + 1};
+    grid.add_cell(VtkGrid::LINE, point);
+  }
+}
