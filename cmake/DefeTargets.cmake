@@ -1,4 +1,5 @@
 # Compiler flags of DEFE's own targets, and helpers for adding them.
+include(GNUInstallDirs)
 
 # Warnings and sanitizers concern our own code only.
 add_library(defe_warnings INTERFACE)
@@ -11,6 +12,7 @@ endif()
 # Passed on to everything that links our libraries: Eigen's alignment, and with it
 # the layout of our structs, depends on the instruction set.
 add_library(defe_options INTERFACE)
+set_target_properties(defe_options PROPERTIES EXPORT_NAME options)
 # No -ffast-math: NaN checks and the order of summation must stay. These three change
 # neither, and let the compiler vectorise loops with sqrt and comparisons.
 target_compile_options(defe_options INTERFACE
@@ -61,8 +63,11 @@ function(defe_add_library name)
   file(GLOB sources CONFIGURE_DEPENDS src/*.cpp)
   if(sources)
     add_library(${name} STATIC ${sources})
-    target_include_directories(${name} PUBLIC include PRIVATE src)
-    target_link_libraries(${name} PUBLIC defe_options ${arg_LINK} PRIVATE defe_warnings)
+    target_include_directories(${name} PUBLIC "$<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>"
+      "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>" PRIVATE src)
+    target_link_libraries(${name} PUBLIC defe_options ${arg_LINK} PRIVATE $<BUILD_INTERFACE:defe_warnings>)
+    string(REPLACE "defe_" "" short "${name}")
+    set_target_properties(${name} PROPERTIES EXPORT_NAME ${short}) # DEFE::fe
     defe_precompile(${name} ${name} <Eigen/Dense> <algorithm> <cmath> <sstream> <string> <unordered_map> <vector>)
   else()
     add_library(${name} INTERFACE)

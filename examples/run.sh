@@ -11,13 +11,27 @@
 #   DEFE_VARIANT    variant, empty if none was given
 #   DEFE_OUT_ROOT   examples/NAME/output    DEFE_OUT      the folder of the variant in it
 #   DEFE_PYTHON     a Python with numpy, matplotlib and PIL
+#   DEFE_TOOLS      the folder of mesh2data and layers2data
 #   LD_LIBRARY_PATH such that `plugin load defeplugin.so` needs no path
 # and the LAMMPS options as arguments.
+#
+# A copy of the examples of an installed DEFE (cp -r "$(defe-config --examples)" FOLDER) builds nothing: it
+# takes plugin, tools and LAMMPS from defe-config.
 set -euo pipefail
 exec </dev/null
+examples=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+installed=no
+DEFE_TOOLS=$examples/../tools
+if [[ ! -f $examples/../CMakeLists.txt ]]; then
+  installed=yes
+  DEFE_TOOLS=$(defe-config --tools) || {
+    echo 'examples/run.sh: no defe-config in PATH: add the bin folder of the installed DEFE to it' >&2
+    exit 2
+  }
+fi
+export DEFE_TOOLS
 # shellcheck source=../tools/common.sh
-source "$(dirname "${BASH_SOURCE[0]}")/../tools/common.sh"
-examples=$DEFE_ROOT/examples
+source "$DEFE_TOOLS/common.sh"
 
 list() {
   echo 'usage: examples/run.sh NAME [variant] [-np N] [LAMMPS options...]'
@@ -68,20 +82,33 @@ while (($#)); do
   esac
 done
 
-"$DEFE_ROOT/tools/install-deps.sh" build plots
-defe_build_plugin
+if [[ $installed == yes ]]; then
+  "$DEFE_TOOLS/install-deps.sh" plots
+  DEFE_LMP=$(defe-config --lmp)
+  plugins=$(defe-config --plugins)
+  unset LAMMPS_PLUGIN_PATH # the scripts load it themselves
+else
+  "$DEFE_TOOLS/install-deps.sh" build plots
+  defe_build_plugin
+  plugins=$DEFE_ROOT/build/release
+  DEFE_LMP=$plugins/lmp
+fi
 
-export DEFE_LMP=$DEFE_ROOT/build/release/lmp
-export DEFE_PLUGIN=$DEFE_ROOT/build/release/defeplugin.so
-export DEFE_MPIRUN=$DEFE_ROOT/tools/mpirun.sh
+export DEFE_LMP
+export DEFE_PLUGIN=$plugins/defeplugin.so
+export DEFE_MPIRUN=$DEFE_TOOLS/mpirun.sh
 export DEFE_NP=$np
 export DEFE_VARIANT=$variant
 export DEFE_OUT_ROOT=$example/output
 export DEFE_OUT=$DEFE_OUT_ROOT${variant:+/$variant}
 DEFE_PYTHON=$(defe_python)
 export DEFE_PYTHON
-export LD_LIBRARY_PATH=$DEFE_ROOT/build/release${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
-mkdir -p "$DEFE_OUT"
+export PYTHONPATH=$DEFE_TOOLS/../python${PYTHONPATH:+:$PYTHONPATH} # for copies of installed examples
+export LD_LIBRARY_PATH=$plugins${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
+mkdir -p "$DEFE_OUT" 2>/dev/null || {
+  echo "examples/run.sh: no right to write $DEFE_OUT: copy the folder $examples and run its run.sh" >&2
+  exit 1
+}
 cd "$example"
 
 if [[ -f run.sh ]]; then exec bash run.sh "${options[@]}"; fi

@@ -1,5 +1,7 @@
 # shellcheck shell=bash
 # Sourced by the run.sh of the examples, in the example's folder.
+# shellcheck disable=SC2034  # tools is for the sourcing script
+tools=${DEFE_TOOLS:-../../tools}
 
 # fresh OUT: an output folder without what an earlier run left there.
 fresh() {

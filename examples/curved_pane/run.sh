@@ -18,13 +18,13 @@ case $variant in
 esac
 out=output/$variant
 fresh "$out"
-../../tools/install-deps.sh meshes
+"$tools/install-deps.sh" meshes
 if [[ ${DEFE_MESH:-} == *.msh ]]; then
   cp "$DEFE_MESH" "$out/mesh.msh"
 else
   read -ra options <<<"${DEFE_MESH:-}"
   ./mesh.py "$out/mesh.msh" "${options[@]}"
 fi
-../../tools/mesh2data "$out/mesh.msh" "$out/mesh.data" --scale 1e-3
+"$tools/mesh2data" "$out/mesh.msh" "$out/mesh.data" --scale 1e-3
 simulate "$script" "$out" "$@"
 if [[ $variant == ball ]]; then "$DEFE_PYTHON" analyse.py "$out"; fi

@@ -16,7 +16,7 @@ one() {
   shift
   if [[ $variant == monolithic ]]; then colour=1; fi
   fresh "$out"
-  ../../tools/layers2data "$out/mesh.data" --layer lower 0.008 4 1 --layer inter 0.00152 "${DEFE_LAYERS:-1}" $colour \
+  "$tools/layers2data" "$out/mesh.data" --layer lower 0.008 4 1 --layer inter 0.00152 "${DEFE_LAYERS:-1}" $colour \
     --layer upper 0.008 4 1 --x -0.100 1 -0.099 99 0.099 1 0.100 --z 0 5 0.010
   simulate in.laminated_beam "$out" -var variant "$variant" "$@" || return
   "$DEFE_PYTHON" analyse.py run "$out" "$variant"

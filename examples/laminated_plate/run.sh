@@ -40,7 +40,7 @@ if [[ $mesh != edges ]]; then out+=.$mesh; fi
 if [[ $size != 1 ]]; then out+=.${size}mm; fi
 fresh "$out"
 if [[ $mesh == edges ]]; then
-  ../../tools/layers2data "$out/mesh.data" --axis z "${layers[@]}" --x -0.05 $n 0.05 --y -0.05 $n 0.05
+  "$tools/layers2data" "$out/mesh.data" --axis z "${layers[@]}" --x -0.05 $n 0.05 --y -0.05 $n 0.05
 else
   "$DEFE_PYTHON" mesh.py "$out/mesh.data" "$mesh" --size "$size" "${layers[@]}"
 fi

@@ -11,13 +11,14 @@ REMEDY = "build DEFE and put the folder python of the build on PYTHONPATH (build
 
 
 def plugin_path():
-    """defeplugin.so: what the environment variable DEFE_PLUGIN names, else that beside a package on Python's path."""
+    """defeplugin.so: what the environment variable DEFE_PLUGIN names, else that beside a package on Python's path or in a
+    folder of LAMMPS_PLUGIN_PATH."""
     named = os.environ.get("DEFE_PLUGIN")
     if named:
         if not Path(named).is_file():
             raise InputError(f"{named}: there is no such plugin, but DEFE_PLUGIN names it")
         return Path(named)
-    for folder in sys.path:
+    for folder in sys.path + os.environ.get("LAMMPS_PLUGIN_PATH", "").split(":"):
         if (Path(folder or ".") / "defeplugin.so").is_file():
             return Path(folder or ".") / "defeplugin.so"
     raise InputError(f"there is no defeplugin.so on Python's path: {REMEDY}, or name the plugin in DEFE_PLUGIN")

@@ -8,13 +8,9 @@
 
 #include "lammpsplugin.h"
 
-#include "defe_build_info.h"
+#include "plugin_host.h"
 
-#include "comm.h"
-#include "error.h"
 #include "force.h"
-#include "input.h"
-#include "lammps.h"
 #include "modify.h"
 #include "plugin.h"
 #include "version.h"
@@ -31,11 +27,6 @@
 #include "pair_defe_connective.h"
 #include "pair_defe_contact.h"
 #include "pair_defe_joint.h"
-
-#include <mpi.h>
-
-#include <cstring>
-#include <string>
 
 using namespace LAMMPS_NS;
 
@@ -74,27 +65,21 @@ static bool add_style(LAMMPS *lmp, const std::string &kind, const char *name,
                        : add(lmp->modify->compute_map, name, creator);
 }
 
+static bool is_loaded(LAMMPS *lmp)
+{
+  return plugin_find("fix", "defe") >= 0 && lmp->modify->fix_map->count("defe");
+}
+
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
   auto *lammps = static_cast<LAMMPS *>(lmp);
 
-  // a plugin of another LAMMPS or MPI loads, and crashes later
-
-  char library[MPI_MAX_LIBRARY_VERSION_STRING] = "";
-  int length = 0;
-  MPI_Get_library_version(library, &length);
-  if (strcmp(lammps->version, DEFE_LAMMPS_VERSION) != 0)
-    lammps->error->all(FLERR,
-                       "This defeplugin.so was built for LAMMPS {}, but is loaded by LAMMPS {}: "
-                       "rebuild DEFE with -D LAMMPS_SOURCE_DIR of this LAMMPS",
-                       DEFE_LAMMPS_VERSION, lammps->version);
-  if (!strstr(library, DEFE_MPI_ID)) {
-    library[strcspn(library, "\n\t,:(")] = '\0';    // the name is enough
-    lammps->error->all(
-        FLERR,
-        "This defeplugin.so was built with {}, but LAMMPS runs with {}: rebuild DEFE "
-        "with the MPI of this LAMMPS",
-        DEFE_MPI_ID, library);
+  if (!defe_fits(lammps)) return;
+  if (is_loaded(lammps)) {
+    if (lammps->comm->me == 0)
+      utils::logmesg(
+          lammps, "DEFE is loaded already, this load changes nothing (plugin clear unloads it)\n");
+    return;
   }
 
   auto register_plugin = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
@@ -105,8 +90,7 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 
   // of a further LAMMPS in this process: register_plugin() would say that there is nothing to do
 
-  const bool further = plugin_find("fix", "defe") >= 0 &&
-      lammps->modify->fix_map->find("defe") == lammps->modify->fix_map->end();
+  const bool further = plugin_find("fix", "defe") >= 0;
   auto one = [&](const char *style, const char *name, const char *info,
                  void *(*creator)(LAMMPS *) ) {
     if (further) {

@@ -1,0 +1,59 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+
+   Does the plugin fit the LAMMPS that loads it? A plugin of another LAMMPS or MPI loads, and crashes later.
+------------------------------------------------------------------------- */
+
+#ifndef LMP_DEFE_PLUGIN_HOST_H
+#define LMP_DEFE_PLUGIN_HOST_H
+
+#include "defe_build_info.h"
+
+#include "comm.h"
+#include "error.h"
+#include "input.h"
+#include "lammps.h"
+#include "utils.h"
+
+#include <mpi.h>
+
+#include <cstring>
+#include <string>
+
+namespace LAMMPS_NS {
+
+/// What does not fit, with the remedy; empty if all fits.
+inline std::string defe_misfit(const LAMMPS *lammps)
+{
+  if (strcmp(lammps->version, DEFE_LAMMPS_VERSION) != 0)
+    return std::string("This defeplugin.so was built for LAMMPS " DEFE_LAMMPS_VERSION
+                       ", but is loaded by LAMMPS ") +
+        lammps->version + ": rebuild DEFE with -D LAMMPS_SOURCE_DIR of this LAMMPS";
+  char library[MPI_MAX_LIBRARY_VERSION_STRING] = "";
+  int length = 0;
+  MPI_Get_library_version(library, &length);
+  if (strstr(library, DEFE_MPI_ID)) return "";
+  library[strcspn(library, "\n\t,:(")] = '\0';    // the name is enough
+  return std::string("This defeplugin.so was built with " DEFE_MPI_ID ", but LAMMPS runs with ") +
+      library + ": rebuild DEFE with the MPI of this LAMMPS";
+}
+
+/// Stops the command `plugin load` of a plugin that does not fit. At LAMMPS' start (LAMMPS_PLUGIN_PATH) it is
+/// left out instead, and told of: scripts without DEFE run with any LAMMPS.
+inline bool defe_fits(LAMMPS *lammps)
+{
+  const std::string misfit = defe_misfit(lammps);
+  if (misfit.empty()) return true;
+  const Input *input = lammps->input;
+  const bool by_command = input->narg > 1 && strcmp(input->arg[0], "load") == 0;
+  if (by_command) lammps->error->all(FLERR, misfit);
+  if (lammps->comm->me == 0)
+    utils::logmesg(lammps, "DEFE is left out. {} (or take it out of LAMMPS_PLUGIN_PATH)\n", misfit);
+  return false;
+}
+
+}    // namespace LAMMPS_NS
+
+#endif
