@@ -50,7 +50,7 @@ done
 rm -rf "$work/source"
 mkdir -p "$work/source"
 ln -s "$DEFE_ROOT"/tools/docs/*.rst "$DEFE_ROOT"/*.md "$DEFE_ROOT/LICENSE" "$work/source"
-for part in benchmarks coupling examples fe-module lammps-package tests tools; do
+for part in benchmarks coupling examples fe-module lammps-package python tests tools; do
   ln -s "$DEFE_ROOT/$part" "$work/source/$part"
 done
 

@@ -19,12 +19,11 @@ extensions = ["myst_parser", "sphinx.ext.mathjax", "sphinx_rtd_theme"]
 root_doc = "index"
 # README.md at the top is not among them: the front page takes its place.
 include_patterns = ["*.rst", "CHANGELOG.md", "lammps-package/doc/*.rst", "examples/*/README.md", "benchmarks/README.md",
-                    "coupling/README.md", "fe-module/README.md", "tests/verification/manual/README.md",
+                    "coupling/README.md", "fe-module/README.md", "python/README.md",
+                    "tests/verification/manual/README.md",
                     "tests/verification/manual/*/README.md"]
 highlight_language = "none"
 myst_heading_anchors = 3
-# Its paths stay those of the repository, so that Markdown pages are read on GitHub, too.
-suppress_warnings = ["myst.header"]
 
 html_theme = "sphinx_rtd_theme"
 html_theme_options = {"navigation_depth": 3, "collapse_navigation": True}
