@@ -54,8 +54,9 @@ for part in benchmarks coupling examples fe-module lammps-package python tests t
   ln -s "$DEFE_ROOT/$part" "$work/source/$part"
 done
 
+# All pages anew (-E -a): Sphinx does not see that its own set-up has changed.
 build() {
-  "$python" -m sphinx -W --keep-going -q -c "$DEFE_ROOT/tools/docs" -d "$work/doctrees" -b "$1" "$work/source" "$2"
+  "$python" -m sphinx -W --keep-going -q -E -a -c "$DEFE_ROOT/tools/docs" -d "$work/doctrees" -b "$1" "$work/source" "$2"
 }
 build html "$folder"
 if [[ -n $external ]]; then build linkcheck "$work/linkcheck"; fi

@@ -60,8 +60,8 @@ def frame(text):
                              "convert glass 56e6 type 4 group particles contact 0.2 friction 0.2\n")
     rigid = re.findall(RIGID, fix)
     parts = [] if "read_data" in text else re.findall(r"(?:material|part)\s+(\w+)\s", fix)
-    meshes = [f"create_hexes fe {part} {2 if part in rigid else 1} x -0.004 4 0.004 y 0.001 2 0.005 z {-0.01 * k:g} 2 {0.004 - 0.01 * k:g}\n"
-              for k, part in enumerate(parts)]
+    meshes = [f"create_hexes fe {part} {2 if part in rigid else 1} x -0.004 4 0.004 y 0.001 2 0.005 "
+              f"z {-0.01 * k:g} 2 {0.004 - 0.01 * k:g}\n" for k, part in enumerate(parts)]
     if "create_hexes" in text:
         meshes = meshes[:1]
     types = max([4] + [int(n) for pair in re.findall(r"(?:type|create_atoms|pair_coeff\s+\d)\s+(\d)", text) for n in pair])
@@ -69,7 +69,8 @@ def frame(text):
         "units si\natom_style sphere\nnewton off on\ncomm_modify vel yes\nboundary f f f\nplugin load defeplugin.so\n",
         f"region box block -0.11 0.11 -0.11 0.11 -0.11 0.11\ncreate_box {types} box\n",
         "pair_style defe/joint\npair_coeff 4 4 connective material cohesive 60e6 10.0 0.1 contact 0.9 0.2\n",
-        "group particles empty\n", fix, *meshes, "group nodes type 1\ngroup glass type 1\ngroup upper type 1\nregion middle block -0.002 0.002 INF INF INF INF\n",
+        "group particles empty\n", fix, *meshes, "group nodes type 1\ngroup glass type 1\ngroup upper type 1\n",
+        "region middle block -0.002 0.002 INF INF INF INF\n",
         "fix move1 nodes nve\nfix move2 particles nve/sphere\n",
         "group rigid type 2\nfix rigid rigid rigid/nve single\n" if rigid else "",
         "timestep 1e-8\nneighbor 0.0002 bin\nthermo 1\nrun 2\n"])
@@ -164,9 +165,9 @@ class Commands(unittest.TestCase):
 
     def lines(self, page):
         text = re.sub(r"(?m)\\\n\s*", "", page.read_text())
-        for line in re.findall(r"(?m)^    ((?:[A-Z_]+=\S+ |[A-Z_]+=\"[^\"]*\" )*(?:examples|tests|tools|benchmarks)/\S+.*)$", text):
-            line = re.split(r"\s{2,}|\s#", line)[0]
-            yield re.sub(r'^(?:[A-Z_]+=(?:"[^"]*"|\S+) )+', "", line).split()
+        variable = r'(?:[A-Z_]+=(?:"[^"]*"|\S+) )*'
+        for line in re.findall(rf"(?m)^    {variable}((?:examples|tests|tools|benchmarks)/\S+.*)$", text):
+            yield re.split(r"\s{2,}|\s#", line)[0].split()
 
     def test_programs_and_options(self):
         pages = [SOURCE / "README.md", *SOURCE.glob("*/README.md"), *SOURCE.glob("examples/*/README.md"),
@@ -190,7 +191,8 @@ class Commands(unittest.TestCase):
         """Of a script and of those that it hands its options to."""
         text = path.read_text()
         for other in re.findall(r"[\w/]+\.py", text):
-            for found in (SOURCE / other, path.parent / Path(other).name, SOURCE / "tests/verification/manual" / Path(other).name):
+            name = Path(other).name
+            for found in (SOURCE / other, path.parent / name, SOURCE / "tests/verification/manual" / name):
                 if found.is_file():
                     text += found.read_text()
         return text

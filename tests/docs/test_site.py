@@ -34,6 +34,10 @@ class Site(unittest.TestCase):
             with self.subTest(page=name):
                 self.assertIn(f'href="{name}"', front)
                 self.linked(self.folder / name)
+        # a link to a file, and its name alone, become links to its page
+        for page, link, text in (("Howto_defe", "benchmarks", "benchmark page"), ("Theory_defe", "coupling", "coupling/README.md")):
+            body = (self.folder / f"lammps-package/doc/{page}.html").read_text()
+            self.assertRegex(body, rf'href="../../{link}/README.html"[^>]*>(<[^>]*>)*{text}<')
         # formulas and what draws them, without the web
         text = (self.folder / "lammps-package/doc/pair_defe_joint.html").read_text()
         self.assertRegex(text, r'class="math[^"]*">\s*\\\[')
@@ -56,8 +60,9 @@ class Site(unittest.TestCase):
         for links in (("fix_nve", "there.txt", "there.png"), ("no_such_defe", "no/such.txt", "no_such.png")):
             page, file, picture = links
             (self.folder / "index.rst").write_text(f"Page\n====\n\n:doc:`a <{page}>` `b <{file}>`_\n\n.. image:: {picture}\n")
-            run = subprocess.run([sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-E", "-c", SOURCE / "tools/docs", "-b", "dummy",
-                                  self.folder, self.folder / "out"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            run = subprocess.run([sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-E", "-b", "dummy",
+                                  "-c", SOURCE / "tools/docs", self.folder, self.folder / "out"],
+                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             with self.subTest(links=links):
                 bad = [link for link in links if link.startswith("no")]
                 self.assertEqual(run.returncode != 0, bool(bad), run.stdout)

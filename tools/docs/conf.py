@@ -19,8 +19,7 @@ extensions = ["myst_parser", "sphinx.ext.mathjax", "sphinx_rtd_theme"]
 root_doc = "index"
 # README.md at the top is not among them: the front page takes its place.
 include_patterns = ["*.rst", "CHANGELOG.md", "lammps-package/doc/*.rst", "examples/*/README.md", "benchmarks/README.md",
-                    "coupling/README.md", "fe-module/README.md", "python/README.md",
-                    "tests/verification/manual/README.md",
+                    "coupling/README.md", "fe-module/README.md", "python/README.md", "tests/verification/manual/README.md",
                     "tests/verification/manual/*/README.md"]
 highlight_language = "none"
 myst_heading_anchors = 3
@@ -52,29 +51,39 @@ def lammps_page(app, env, node, contnode):
     return nodes.reference("", "", contnode, internal=False, refuri=f"{LAMMPS}{target}.html")
 
 
+def page_link(docname, page, text):
+    new = addnodes.pending_xref("", reftype="doc", refdomain="std", refexplicit=True, refwarn=True, reftarget="/" + page,
+                                refdoc=docname)
+    new += nodes.inline("", "", *text)
+    return new
+
+
 def local_links(app, doctree):
-    """Links of rst pages to files of the repository: to their page if they have one, else to a copy of the file."""
-    docname = app.env.docname
+    """Links of rst pages to files of the repository: to their page if they have one, else to a copy of the file. What is
+    written as the name of such a file gets a link, too."""
+    docname, pages = app.env.docname, app.env.found_docs
     for node in list(doctree.findall(nodes.reference)):
         uri = node.get("refuri", "")
         if not uri or re.match(r"[a-z]+:|#", uri):
             continue
         path, _ = app.env.relfn2path(uri, docname)
         page = re.sub(r"\.(rst|md)$", "", path)
-        if page in app.env.found_docs:
-            new = addnodes.pending_xref("", reftype="doc", refdomain="std", refexplicit=True, refwarn=True,
-                                        reftarget="/" + page, refdoc=docname)
+        if page in pages:
+            node.replace_self(page_link(docname, page, node.children))
         elif (Path(app.srcdir) / path).is_file():
             new = addnodes.download_reference("", refdoc=docname, reftarget="/" + path, refwarn=True)
+            new += nodes.inline("", "", *node.children)
+            node.replace_self(new)
         else:
             log.warning("link into nowhere: %s", uri, location=node)
-            continue
-        new += nodes.inline("", "", *node.children)
-        node.replace_self(new)
+    for node in list(doctree.findall(nodes.literal)):
+        page = re.sub(r"\.(rst|md)$", "", node.astext())
+        if page != node.astext() and page in pages and page != docname:
+            node.replace_self(page_link(docname, page, [node.deepcopy()]))
 
 
 def with_mathjax(app, error):
-    """What MathJax needs for TeX formulas as HTML: 13 MB of 54."""
+    """What MathJax needs for TeX formulas as HTML: 2 MB of 54."""
     if error or app.builder.name != "html":
         return
     source, to = Path(os.environ["DEFE_MATHJAX"]), Path(app.outdir) / "_static" / "mathjax"

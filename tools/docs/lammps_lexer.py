@@ -10,7 +10,7 @@ class LAMMPSLexer(RegexLexer):
     tokens = {
         "root": [
             (r"#.*", Comment),
-            (r"&\n", Text),  # the next line goes on
+            (r"&[ \t]*\n[ \t]*\S+", Text),  # the next line goes on: its first word is no command
             (r"^([ \t]*)(fix|compute|dump|region|variable|group)([ \t]+)(\S+)",
              bygroups(Whitespace, Keyword, Whitespace, Name.Variable)),
             (r"^([ \t]*)([a-z_]+)(?=\s)", bygroups(Whitespace, Keyword)),
