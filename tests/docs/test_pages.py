@@ -169,11 +169,25 @@ class Commands(unittest.TestCase):
         for line in re.findall(rf"(?m)^    {variable}((?:examples|tests|tools|benchmarks)/\S+.*)$", text):
             yield re.split(r"\s{2,}|\s#", line)[0].split()
 
-    def test_programs_and_options(self):
-        pages = [SOURCE / "README.md", *SOURCE.glob("*/README.md"), *SOURCE.glob("examples/*/README.md"),
-                 *SOURCE.glob("tests/**/README.md")]
+    PAGES = [SOURCE / "README.md", SOURCE / "CHANGELOG.md", *SOURCE.glob("*/README.md"), *SOURCE.glob("examples/*/README.md"),
+             *SOURCE.glob("tests/**/README.md")]
+
+    def test_links(self):
         seen = 0
-        for page in pages:
+        for page in self.PAGES:
+            for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
+                if not re.match(r"[a-z]+:|#", target):
+                    with self.subTest(page=page.relative_to(SOURCE), target=target):
+                        self.assertTrue((page.parent / target.split("#")[0]).exists())
+                    seen += 1
+        self.assertGreater(seen, 40)
+
+    def test_two_screens(self):
+        self.assertLessEqual(len((SOURCE / "README.md").read_text().splitlines()), 130)
+
+    def test_programs_and_options(self):
+        seen = 0
+        for page in self.PAGES:
             for program, *words in self.lines(page):
                 with self.subTest(page=page.relative_to(SOURCE), command=" ".join([program, *words])):
                     path = SOURCE / program
