@@ -292,8 +292,13 @@ def rst_text(text):
     return "\n\n".join(out)
 
 
+def rst_cell(text):
+    """Quoted; a dash alone would begin a list."""
+    return r'"\-"' if text == "-" else '"' + rst_inline(text).replace('"', '""') + '"'
+
+
 def rst_csv(rows, indent="   "):
-    quoted = [", ".join('"' + rst_inline(str(c)).replace('"', '""') + '"' for c in row) for row in rows]
+    quoted = [", ".join(rst_cell(str(c)) for c in row) for row in rows]
     return ".. csv-table::\n   :header-rows: 1\n\n" + "\n".join(indent + q for q in quoted)
 
 
