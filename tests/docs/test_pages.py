@@ -4,8 +4,10 @@ Blocks of LAMMPS input (Howto_defe and Developer_defe have a test of their own, 
   below "Syntax"          the style must be one of the plugin, or the command known
   with plugin load        a whole script: it runs for 5 steps
   all others              lines that are put into the script of frame(), which runs. Lines that begin as one of its own take
-                          its place. Where a block has a line twice, its paragraphs are alternatives: each runs alone.
-Shell commands of the pages run; of README.md files program, example, variant and options must be there.
+                          its place, and variables at the beginning of a block go to the beginning. Where a block has a line
+                          twice, its paragraphs are alternatives: each runs alone.
+Shell commands of the pages that make meshes run; of others, and those of README.md files, program, example, variant and
+options must be there.
 
 DEFE_LMP, DEFE_PLUGIN: the lmp program and defeplugin.so (ctest sets them)."""
 
@@ -76,6 +78,19 @@ def frame(text):
         "timestep 1e-8\nneighbor 0.0002 bin\nthermo 1\nrun 2\n"])
 
 
+def whole(lines):
+    """The script of frame() with these lines."""
+    given = howto.commands(re.sub(r"(?m)^#.*\n", "", lines))
+    first = next((k for k, c in enumerate(given) if c.split()[0] not in ("variable", "include")), len(given))
+    if first == len(given):
+        first = 0
+    return "".join(given[:first]) + howto.changed(frame(lines), "".join(given[first:]))
+
+
+def makes_meshes(text):
+    return all(re.match(r"tools/(mesh2data|layers2data)\s", line) for line in text.replace("\\\n", " ").splitlines())
+
+
 def msh(path):
     """A plate of 4 x 4 elements of 1 mm with the volume glass and the rim of its lower side, as Gmsh writes it in format 2."""
     number = {at: k + 1 for k, at in enumerate((x, y, z) for z in range(2) for y in range(5) for x in range(5))}
@@ -115,6 +130,8 @@ class Pages(unittest.TestCase):
 
     def files(self):
         """What the blocks read."""
+        for file in (SOURCE / "tools").glob("*.inc"):
+            (self.here.folder / file.name).symlink_to(file)
         msh(self.here.folder / "pane.msh")
         run = self.here.call("tools/layers2data", "mesh.data", "--layer", "glass", "0.002", "1", "1",
                              "--x", "0", "2", "0.004", "--z", "0", "2", "0.004")
@@ -123,7 +140,8 @@ class Pages(unittest.TestCase):
     def styles(self, known, text):
         for line in text.splitlines():
             words = line.split()
-            self.assertIn(words[{"fix": 3, "compute": 3}.get(words[0], 0)], [*known, "pair_style", "pair_coeff"])
+            style = words[{"fix": 3, "compute": 3}.get(words[0], 0)]
+            self.assertTrue(style in [*known, "pair_style", "pair_coeff"], f"no style or command {style}")
 
     def test_input(self):
         self.files()
@@ -133,7 +151,7 @@ class Pages(unittest.TestCase):
             for heading, language, text in sections(page):
                 name = f"{page.name}: {text.splitlines()[0]}"
                 with self.subTest(name):
-                    if language == "bash":
+                    if language == "bash" and makes_meshes(text):
                         run = self.here.call("bash", "-e", "-c", text)
                         self.assertEqual(run.returncode, 0, run.stdout)
                     elif language == "LAMMPS" and heading == "Syntax":
@@ -141,8 +159,7 @@ class Pages(unittest.TestCase):
                     elif language == "LAMMPS" and "plugin " in text:
                         scripts.append((name, re.sub(r"(?m)^run +\d+", "run 5", text)))
                     elif language == "LAMMPS":
-                        scripts += [(name, howto.changed(frame(lines), re.sub(r"(?m)^#.*\n", "", lines)).replace(".png", ".ppm"))
-                                    for lines in alternatives(text)]
+                        scripts += [(name, whole(lines).replace(".png", ".ppm")) for lines in alternatives(text)]
         self.assertGreater(len(scripts), 20)
         for name, error, script in self.failures(scripts):
             with self.subTest(name):
@@ -156,25 +173,26 @@ class Pages(unittest.TestCase):
                  "fix floor all defe/wall yplan 0.0 NULL\n", "pair_coeff 4 4 connective material cohesive 60e6\n"]
         right = ["compute 1 all defe/atom damage\n", "fix floor all defe/wall yplane 0.0 NULL\n"]
         lines = [wrong[0], right[0], wrong[1], wrong[2], right[1], wrong[3]]
-        found = self.failures([(line, howto.changed(frame(line), line)) for line in lines])
+        found = self.failures([(line, whole(line)) for line in lines])
         self.assertEqual([name for name, *_ in found], wrong)
 
 
 class Commands(unittest.TestCase):
-    """Lines of the README.md files that call a script of this repository."""
+    """Lines of all pages that call a script of this repository, and links between README.md files."""
+
+    MARKDOWN = [SOURCE / "README.md", SOURCE / "CHANGELOG.md", *SOURCE.glob("*/README.md"), *SOURCE.glob("examples/*/README.md"),
+                *SOURCE.glob("tests/**/README.md")]
 
     def lines(self, page):
-        text = re.sub(r"(?m)\\\n\s*", "", page.read_text())
+        """Program and arguments. (Blocks are indented by four in Markdown and by three in rst.)"""
+        text = re.sub(r"\\\n\s*", "", page.read_text())
         variable = r'(?:[A-Z_]+=(?:"[^"]*"|\S+) )*'
-        for line in re.findall(rf"(?m)^    {variable}((?:examples|tests|tools|benchmarks)/\S+.*)$", text):
+        for line in re.findall(rf"(?m)^ {{3,4}}{variable}((?:examples|tests|tools|benchmarks)/\S+.*)$", text):
             yield re.split(r"\s{2,}|\s#", line)[0].split()
-
-    PAGES = [SOURCE / "README.md", SOURCE / "CHANGELOG.md", *SOURCE.glob("*/README.md"), *SOURCE.glob("examples/*/README.md"),
-             *SOURCE.glob("tests/**/README.md")]
 
     def test_links(self):
         seen = 0
-        for page in self.PAGES:
+        for page in self.MARKDOWN:
             for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
                 if not re.match(r"[a-z]+:|#", target):
                     with self.subTest(page=page.relative_to(SOURCE), target=target):
@@ -187,7 +205,7 @@ class Commands(unittest.TestCase):
 
     def test_programs_and_options(self):
         seen = 0
-        for page in self.PAGES:
+        for page in [*self.MARKDOWN, *(SOURCE / "lammps-package/doc").glob("*.rst")]:
             for program, *words in self.lines(page):
                 with self.subTest(page=page.relative_to(SOURCE), command=" ".join([program, *words])):
                     path = SOURCE / program
@@ -195,10 +213,10 @@ class Commands(unittest.TestCase):
                     seen += 1
                     if program == "examples/run.sh":
                         self.example(words)
-                    else:
+                    elif program != "tools/layers2data":  # which makes --x, --y and --z in a loop
                         text = self.sources(path)
-                        for option in [w for w in words if w.startswith("--")]:
-                            self.assertRegex(text, rf"{option}\b")
+                        missing = [w for w in words if w.startswith("--") and not re.search(rf"{w}\b", text)]
+                        self.assertEqual(missing, [])
         self.assertGreater(seen, 30)
 
     def sources(self, path):
@@ -221,8 +239,8 @@ class Commands(unittest.TestCase):
         if len(words) > 1 and not words[1].startswith("-"):
             variants = re.search(r"(?m)^# variants:(.*)", own)[1].split()
             self.assertIn(words[1], variants)
-        for name in [words[k + 1] for k, w in enumerate(words[:-1]) if w == "-var"]:
-            self.assertRegex(inputs, rf"variable\s+{name}\b")
+        given = [words[k + 1] for k, w in enumerate(words[:-1]) if w == "-var"]
+        self.assertEqual([name for name in given if not re.search(rf"variable\s+{name}\b", inputs)], [])
 
 
 if __name__ == "__main__":
