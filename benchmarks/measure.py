@@ -26,6 +26,8 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
+sys.path.insert(0, str(ROOT / "python"))
+from hexmesh.data_file import data_lines  # noqa: E402
 INPUTS = HERE / "inputs"
 BEAM = ROOT / "examples" / "glass_beam"
 PLATE = ROOT / "examples" / "laminated_plate"
@@ -181,25 +183,25 @@ def write_distorted_mesh(path, nx, ny, nz, h=2e-3, amplitude=0.1):
     rng = random.Random(1)
     path.parent.mkdir(parents=True, exist_ok=True)
     node = lambda i, j, k: 1 + i + (nx + 1) * (j + (ny + 1) * k)
-    with open(path, "w") as f:
-        f.write(f"distorted block of hexahedra\n\n{(nx + 1) * (ny + 1) * (nz + 1)} atoms\n1 atom types\n{nx * ny * nz} hexes\n\n")
-        for axis, n in zip("xyz", (nx, ny, nz)):
-            f.write(f"{-5 * h} {(n + 5) * h} {axis}lo {axis}hi\n")
-        f.write("\nAtoms # sphere\n\n")
+
+    def atoms():
         for k in range(nz + 1):
             for j in range(ny + 1):
                 for i in range(nx + 1):
-                    x = [h * (c + (rng.uniform(-amplitude, amplitude) if 0 < c < n else 0.0))
-                         for c, n in ((i, nx), (j, ny), (k, nz))]
-                    f.write("%d 1 0 1 %.12g %.12g %.12g\n" % (node(i, j, k), *x))
-        f.write("\nHexes\n\n")
+                    x = [h * (c + (rng.uniform(-amplitude, amplitude) if 0 < c < n else 0.0)) for c, n in ((i, nx), (j, ny), (k, nz))]
+                    yield node(i, j, k), 1, "%.12g %.12g %.12g" % tuple(x)
+
+    def hexes():
         e = 0
         for k in range(nz):
             for j in range(ny):
                 for i in range(nx):
                     e += 1
-                    corners = [node(i + a, j + b, k + c) for c in (0, 1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
-                    f.write("%d glass %s\n" % (e, " ".join(map(str, corners))))
+                    yield e, "glass", [node(i + a, j + b, k + c) for c in (0, 1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+
+    with open(path, "w") as f:
+        f.writelines(line + "\n" for line in data_lines("distorted block of hexahedra", ((nx + 1) * (ny + 1) * (nz + 1), 1, nx * ny * nz),
+                                                       [(-5 * h, (n + 5) * h) for n in (nx, ny, nz)], atoms(), hexes()))
 
 
 def beam(runner, name, variables=(), steps=None, perf_data=None):

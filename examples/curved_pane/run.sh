@@ -27,4 +27,4 @@ else
 fi
 "$tools/mesh2data" "$out/mesh.msh" "$out/mesh.data" --scale 1e-3
 simulate "$script" "$out" "$@"
-if [[ $variant == ball ]]; then "$DEFE_PYTHON" analyse.py "$out"; fi
+"$DEFE_PYTHON" analyse.py "$out" "$variant"

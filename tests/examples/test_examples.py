@@ -24,9 +24,8 @@ class Example(unittest.TestCase):
         for name in ("examples", "python", "tools"):
             shutil.copytree(SOURCE / name, self.root / name, ignore=shutil.ignore_patterns("output", "__pycache__"))
 
-    def run_example(self, name, variant, *options, out=None, note=None, whole_energy=True, **environment):
-        """summary.json of a run without pictures. note: how the only note at the first run begins, None: there is none.
-        whole_energy: nothing stores energy but fix defe."""
+    def run_script(self, name, variant, *options, out=None, **environment):
+        """Folder of the results of a run without pictures, and what it prints."""
         plugin = Path(os.environ["DEFE_PLUGIN"])
         variables = dict(os.environ, DEFE_NP="1", DEFE_VARIANT=variant, DEFE_MPIRUN=str(SOURCE / "tools/mpirun.sh"),
                          LD_LIBRARY_PATH=f"{plugin.parent}:{os.environ.get('LD_LIBRARY_PATH', '')}", **environment)
@@ -36,6 +35,12 @@ class Example(unittest.TestCase):
         self.assertEqual(run.returncode, 0, run.stdout[-3000:])
         out = folder / "output" / (out or variant)
         self.log = (out / "log.lammps").read_text()
+        return out, run.stdout
+
+    def run_example(self, name, variant, *options, note=None, whole_energy=True, **more):
+        """summary.json of a run without pictures. note: how the only note at the first run begins, None: there is none.
+        whole_energy: nothing stores energy but fix defe."""
+        out, printed = self.run_script(name, variant, *options, **more)
         said = re.findall(r"^Note: (.*?)(?: \(node.*)?$", self.log, re.MULTILINE)
         self.assertEqual(said, [] if note is None else [note])
         self.assertNotIn("WARNING: Fix defe every", self.log)
@@ -45,7 +50,8 @@ class Example(unittest.TestCase):
             self.assertGreater((out / picture).stat().st_size, 10000)
         thermo = next(line.split() for line in self.log.splitlines() if line.split()[:1] == ["Step"])
         self.assertLessEqual({"converted", "broken", "s1max", "pieces", "left_s"}, set(thermo))
-        self.assertRegex(run.stdout.strip().splitlines()[-1], r"^\d+ elements converted, \d+ joints broken; loop time .* s on 1 rank\(s\); "
+        self.assertRegex(printed.strip().splitlines()[-1],
+                         rf"^{summary['elements_converted']} elements converted, \d+ joints broken; loop time .* s on 1 rank\(s\); "
                          r"summary\.json, energies\.png, timeline\.png.* in .*output")
         if whole_energy:
             self.assertLess(summary["energy_rise_percent"], 0.1)
@@ -113,6 +119,9 @@ class Example(unittest.TestCase):
         s = self.run_example("curved_pane", "ball", "-var", "end", "3e-5", DEFE_MESH=str(mesh))
         self.assertGreater(s["elements_converted"], 100)
         self.assertEqual(set(s["plies"]), {"outer", "inner"})
+        out, said = self.run_script("curved_pane", "elastic", "-var", "end", "2e-5", DEFE_MESH=str(mesh))
+        self.assertGreater(json.loads((out / "summary.json").read_text())["deflection_max_mm"], 0.01)
+        self.assertRegex(said.strip().splitlines()[-1], r"^loop time .* s on 1 rank\(s\); summary\.json in output.elastic")
 
     def test_hailstones(self):
         """Up to 50 us: the first hailstone breaks, and the glass under it; energy goes into bonds and comes back, and

@@ -122,6 +122,16 @@ class Events(Files):
         e = defe.read_events(self.file("".join(EVENTS.splitlines(True)[:2])))
         self.assertEqual((len(e), e.x.shape, e.first("broken")), (0, (0, 3), None))
 
+    def test_pandas(self):
+        try:
+            import pandas    # noqa: F401
+        except ImportError:
+            self.skipTest("no pandas")
+        frame = defe.read_events(self.file(EVENTS)).to_pandas()
+        self.assertEqual((list(frame.columns), frame["kind"][2], frame["id2"][3], frame["Z"][1]),
+                         ("step time kind id id2 X Y Z nx ny nz value".split(), "broken", 6, 0.0045))
+        self.assertEqual(defe.read_table(self.file(ENERGIES)).to_pandas()["total"].tolist(), [4, 4.01, 3.9])
+
     def test_while_it_is_written(self):
         path = self.file(EVENTS[:-12])
         self.assertEqual(len(defe.read_events(path, running=True)), 3)
