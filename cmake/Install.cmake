@@ -7,7 +7,8 @@
 #   <docdir>                       pages
 #   <includedir>, <libdir>         defe_fe, defe_coupling
 #
-# Components: plugin, tools, doc, development, and host (a link to the lmp of this machine).
+# Components: plugin, tools, doc, development, and host (links to the lmp of this machine and to its
+# Python module).
 include(CMakePackageConfigHelpers)
 
 set(plugins "${CMAKE_INSTALL_LIBDIR}/lammps/plugins")
@@ -22,6 +23,7 @@ install(TARGETS defeplugin LIBRARY DESTINATION "${plugins}" COMPONENT plugin)
 file(CREATE_LINK lammps/plugins/defeplugin.so "${generated}/lib/defeplugin.so" SYMBOLIC)
 install(FILES "${generated}/lib/defeplugin.so" DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT plugin)
 install(FILES "${PROJECT_BINARY_DIR}/lmp" DESTINATION "${data}" COMPONENT host)
+install(DIRECTORY "${PROJECT_BINARY_DIR}/python/lammps" DESTINATION "${data}/python" COMPONENT host PATTERN __pycache__ EXCLUDE)
 
 # --- tools and examples -----------------------------------------------------
 

@@ -23,6 +23,7 @@ endforeach()
 list(REMOVE_DUPLICATES folders)
 list(SORT folders ORDER DESCENDING) # the inner ones first
 foreach(folder IN LISTS folders)
+  file(REMOVE_RECURSE "${folder}/__pycache__") # Python wrote it
   file(GLOB rest LIST_DIRECTORIES true "${folder}/*" "${folder}/.[!.]*")
   if(IS_DIRECTORY "${folder}" AND NOT rest)
     file(REMOVE_RECURSE "${folder}")

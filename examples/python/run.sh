@@ -13,4 +13,4 @@ if ((DEFE_NP > 1)) || (($#)); then
   echo "example 'python' takes neither -np nor options of LAMMPS: edit arch.py and in.arch" >&2
   exit 2
 fi
-PYTHONPATH=$(dirname "$DEFE_PLUGIN")/python exec "$DEFE_PYTHON" arch.py "output/$variant"
+PYTHONPATH=$(dirname "$DEFE_PLUGIN")/python${PYTHONPATH:+:$PYTHONPATH} exec "$DEFE_PYTHON" arch.py "output/$variant"

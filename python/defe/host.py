@@ -7,7 +7,7 @@ from pathlib import Path
 from .errors import InputError
 from .tables import ENTRIES
 
-REMEDY = "build DEFE and put the folder python of the build on PYTHONPATH (build/release/python)"
+REMEDY = "put build/release/python on PYTHONPATH, or of an installed DEFE what defe-config --env says"
 
 
 def plugin_path():

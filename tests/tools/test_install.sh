@@ -20,7 +20,7 @@ fail() { echo "test_install.sh: $*" >&2; exit 1; }
 mkdir -p "$prefix/bin"
 touch "$prefix/bin/of_somebody_else"
 cmake --install "$build" --prefix "$prefix" >"$work/install.log" || { cat "$work/install.log" >&2; exit 1; }
-unset LAMMPS_PLUGIN_PATH LD_LIBRARY_PATH DEFE_LMP DEFE_PLUGIN DEFE_TOOLS
+unset PYTHONDONTWRITEBYTECODE LAMMPS_PLUGIN_PATH LD_LIBRARY_PATH DEFE_LMP DEFE_PLUGIN DEFE_TOOLS
 eval "$("$prefix/bin/defe-config" --env)"
 lmp=$(defe-config --lmp)
 cd "$work"
@@ -57,6 +57,8 @@ layers2data two.data --layer lower 0.002 2 1 --layer upper 0.002 2 1 --x 0 2 0.0
 grep -q Gmsh <<<"$(mesh2data --help)" || fail 'mesh2data does not run'
 if [[ -n ${DEFE_PYTHON:-} ]]; then
   "$DEFE_PYTHON" -c 'import defe; print(defe.host.plugin_path())' | grep -qF "$prefix" || fail 'Python does not find the package defe, or the plugin'
+  "$DEFE_PYTHON" -c 'import defe; print(defe.start("-screen", "none", "-log", "none").has_style("pair", "defe/joint"))' >start.txt 2>&1 || :
+  grep -q '^True' start.txt || { cat start.txt; fail 'LAMMPS does not run from Python'; }
 fi
 [[ -f $(defe-config --doc)/fix_defe.rst ]] || fail 'no pages'
 cp -r "$(defe-config --examples)" examples
