@@ -42,7 +42,7 @@ def read_dump(path):
             elif head.startswith("ITEM: NUMBER OF"):
                 count = integer(path, k + 1, line())
             elif head.startswith("ITEM: BOX BOUNDS"):
-                box = [[float(word) for word in line().split()[:2]] for _ in range(3)]
+                box = [bounds(path, k + 1, line()) for _ in range(3)]
             elif head.startswith("ITEM: "):    # units, time
                 line()
             else:
@@ -59,6 +59,13 @@ def read_dump(path):
     if not frames:
         raise InputError(at(path) + "it is empty: has the run reached the first step that is dumped?")
     return frames
+
+
+def bounds(path, number, text):
+    words = text.split()
+    if len(words) not in (2, 3) or not all(map(is_number, words)):
+        raise InputError(at(path, number) + f"'{text[:40]}' are no bounds of the box: the file is damaged; run again")
+    return [float(word) for word in words[:2]]
 
 
 def columns(rows, count):

@@ -1,10 +1,19 @@
 """The one exception of this package."""
 
+import importlib
 from pathlib import Path
 
 
 class InputError(ValueError):
     """A file that is missing or damaged, or a value that cannot be used: one line that names file, line and remedy."""
+
+
+def needed(module, package, what):
+    """The module; where it is missing, an InputError that says what needs it and which package of Debian has it."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise InputError(f"{what} needs {module.split('.')[0]}: install {package}") from None
 
 
 def at(path, line=None):

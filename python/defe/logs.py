@@ -83,7 +83,7 @@ def read_log(path, running=False):
     for number, line in enumerate(text.splitlines(), 1):
         words = line.split()
         loop = LOOP.match(line)
-        if words[:1] == ["Step"]:
+        if words[:1] == ["Step"] and not any(map(is_number, words)):
             if names:
                 close()
             names = [name_of(word) for word in words]

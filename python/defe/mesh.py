@@ -111,7 +111,9 @@ def read_mesh(path):
         if not words or number == 1:
             continue
         if words[0][0].isalpha():
-            section = words[0]
+            section, style = words[0], line.partition("#")[2].strip()
+            if section == "Atoms" and style not in ("", "sphere"):
+                raise InputError(at(path, number) + f"atoms of style {style}: only those of atom_style sphere are read")
             continue
         try:
             if section == "Atoms":

@@ -1,13 +1,14 @@
 """Plots of runs; needs matplotlib, and PIL for sheet(). Times are in us and energies in mJ on all axes."""
 
+import importlib
 import importlib.util
 import string
 
 import numpy as np
 
 from . import cracks as crack_measures
-from .errors import InputError
-from .tables import STORED, stored
+from .errors import InputError, needed
+from .tables import STORED, energy_scale, stored
 
 RED = "#d33"
 
@@ -19,14 +20,8 @@ def available():
 
 def plotting():
     """matplotlib.pyplot, drawing into files."""
-    if not available():
-        raise InputError("plots need matplotlib: install python3-matplotlib (tools/install-deps.sh plots)")
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    return plt
+    needed("matplotlib", "python3-matplotlib", "plotting").use("Agg")
+    return importlib.import_module("matplotlib.pyplot")
 
 
 def marks(axis, times):
@@ -59,12 +54,14 @@ def energies(path, title, e, times=(), limit=None, large_elements=False):
     kinetic.plot(t, 1e3 * (e["e_kinetic"] - e["e_kinetic"][0]), color="k", label="kinetic")
     kinetic.plot(t, -1e3 * stored(e), ls="--", label="$-$ stored")
     kinetic.set(title=f"change of the kinetic energy (initially {e['e_kinetic'][0]:.4f} J)", ylabel="mJ", xlabel="us")
-    total.plot(t, 100 * (e["total"] / e["total"][0] - 1), color="k", label="kinetic + stored + dissipated $-$ external work")
-    total.plot(t, 100 * (e["balance"] / e["total"][0] - 1), ls="--", label="with what conversions lose")
+    initial = float(e["total"][0])
+    scale = initial if initial > 0 else energy_scale(e)
+    total.plot(t, 100 * (e["total"] - initial) / scale, color="k", label="kinetic + stored + dissipated $-$ external work")
+    total.plot(t, 100 * (e["balance"] - initial) / scale, ls="--", label="with what conversions lose")
     if limit is not None:
         total.axhline(limit, color=RED, lw=0.8)
     total.axhline(0, color="0.6", lw=0.8)
-    total.set(title="total energy, change in % of the initial", ylabel="%", xlabel="us")
+    total.set(title=f"total energy, change in % of the {'initial' if initial > 0 else 'largest that was put in'}", ylabel="%", xlabel="us")
     for axis in axes.flat:
         marks(axis, times)
         if t[-1] > t[0]:
@@ -201,8 +198,8 @@ def letters(captions):
 def sheet(path, titles, cells, columns, width=720):
     """Pictures side by side and under each other: cells [(file, caption)], row by row, or None for an empty place. titles:
     one for the whole, or one per column."""
-    import matplotlib.font_manager as fonts
-    from PIL import Image, ImageDraw, ImageFont
+    fonts = needed("matplotlib.font_manager", "python3-matplotlib", "a sheet of pictures")
+    Image, ImageDraw, ImageFont = (needed(f"PIL.{name}", "python3-pil", "a sheet of pictures") for name in ("Image", "ImageDraw", "ImageFont"))
 
     def font(size):
         return ImageFont.truetype(fonts.findfont("DejaVu Sans"), size)

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from .errors import InputError, at, text_of
+from .errors import InputError, at, needed, text_of
 
 ENTRIES = ("elements converted des connective cohesive contact ties s1max e_elements e_joints e_ties e_cohesive e_contact "
            "e_kinetic fracture released damping friction conv_strain conv_kinetic external total balance t_conversion "
@@ -56,9 +56,7 @@ class Table:
 
     def to_pandas(self):
         """As a DataFrame; needs pandas."""
-        import pandas
-
-        return pandas.DataFrame(self.columns)
+        return needed("pandas", "python3-pandas", "to_pandas()").DataFrame(self.columns)
 
 
 def name_of(word, fix="fe"):
@@ -134,6 +132,8 @@ def largest_rise(values):
 
 def energy_rise(energies):
     """Largest rise of the total energy above an earlier value, in percent of the initial one: for bodies that hit each other."""
+    if not energies["total"][0] > 0:
+        raise InputError("the total energy is not above 0 at first: compare largest_rise() with energy_scale() instead")
     return 100 * largest_rise(energies["total"]) / float(energies["total"][0])
 
 

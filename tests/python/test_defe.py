@@ -31,6 +31,7 @@ Interlayer: 0.25 kg
    Step          Time          f_fe[2]      v_tip     Temp
          0   0              0          1e-3  0
 Note: a body has no contact
+Step 5 of the script
          5   3e-07          0          2e-3  0
 Loop time of 0.5 on 2 procs for 5 steps with 40 atoms
    Step          Time          f_fe[2]      v_tip     Temp
@@ -182,6 +183,8 @@ class Tables(Files):
         e = defe.Table(columns)
         self.assertAlmostEqual(defe.energy_rise(e), 12.5)
         self.assertAlmostEqual(defe.largest_rise([3, 2, 1]), 0.0)
+        with self.assertRaisesRegex(defe.InputError, "not above 0 at first"):
+            defe.energy_rise(defe.Table({"total": [0.0, 1.0]}))
         self.assertAlmostEqual(defe.balance_drift(e), 0.2)
         self.assertEqual(defe.energy_scale(e), 8.0)
         columns.update({name: np.full(4, 2.0**k) for k, name in enumerate(defe.STORED)})
@@ -236,6 +239,7 @@ class Dumps(Files):
         self.refuse(defe.read_dump, DUMP.rsplit("5 8", 1)[0], "the file ends within a frame")
         self.refuse(defe.read_dump, DUMP.replace("3 3 9 O", "3 3 9"), "line 12", "3 words, but there are 4 columns")
         self.refuse(defe.read_dump, DUMP.replace("\n10\n", "\nten\n", 1), "line 2", "'ten' is no count")
+        self.refuse(defe.read_dump, DUMP.replace("-2 2", "-2 x"), "line 7", "'-2 x' are no bounds")
         self.refuse(defe.read_dump, "1 2 3\n", "line 1", "is this a text dump")
         self.refuse(defe.read_dump, "", "it is empty")
 
@@ -272,6 +276,7 @@ class Meshes(Files):
         self.refuse(defe.read_mesh, MESH.replace("12 14 15", "12 19 15"), "line 24", "there is no node 19")
         self.refuse(defe.read_mesh, MESH.replace("13 12 14 15 17 16", "13 12"), "line 24", "not a line of the section Hexes")
         self.refuse(defe.read_mesh, MESH.replace("11 1 0 1 1 0 0", "11 1 0 1 1"), "line 14", "not a line of the section Atoms")
+        self.refuse(defe.read_mesh, MESH.replace("# sphere", "# bpm/sphere"), "line 11", "atoms of style bpm/sphere")
         self.refuse(defe.read_mesh, MESH.split("Hexes")[0], "no sections Atoms and Hexes")
 
     def test_what_fix_defe_would_refuse(self):
@@ -355,8 +360,10 @@ class Plots(Files):
         columns = {name: np.linspace(1, 2, 5) for name in defe.ENTRIES}
         e = defe.Table({"step": np.arange(5.0), "time_us": np.arange(5.0), **columns})
         events = defe.read_events(self.file(EVENTS))
-        out = {name: self.folder / (name + ".png") for name in ("energies", "timeline", "none", "force", "polar", "sheet")}
+        out = {name: self.folder / (name + ".png") for name in ("energies", "loaded", "timeline", "none", "force", "polar", "sheet")}
         defe.plots.energies(out["energies"], "title", e, [2.0, None], limit=0.1, large_elements=True)
+        e.columns["total"] = e["total"] - 1.0    # of a body that is loaded
+        defe.plots.energies(out["loaded"], "title", e)
         defe.plots.timeline(out["timeline"], "title", events, 30.0)
         defe.plots.timeline(out["none"], "title", events.of("debonded"))
         defe.plots.force(out["force"], "title", {"a": ([0, 1e-6], [0, 1e3]), "b": ([0, 1e-6], [1e3, 0])}, 1.0, [0.5])

@@ -60,7 +60,7 @@ class Lammps(unittest.TestCase):
     def test_without_matplotlib(self):
         """The numbers are printed all the same."""
         text = (SOURCE / "examples" / "python" / "arch.py").read_text()
-        hidden = 'defe.plots.importlib.util.find_spec = lambda name: None\n\n\ndef main('
+        hidden = 'defe.plots.available = lambda: False\n\n\ndef main('
         self.assertEqual(text.count("def main("), 1)
         (self.folder / "short.py").write_text(text.replace("def main(", hidden).replace("pieces=12, steps=200", "pieces=2, steps=5"))
         shutil.copy(SOURCE / "examples" / "python" / "in.arch", self.folder)
@@ -68,6 +68,13 @@ class Lammps(unittest.TestCase):
         self.assertRegex(said[1], r"^ +0\.5 us: +0 elements converted, +0 joints broken, largest stress")
         self.assertRegex(said[-1], r"; summary\.json in out$")
         self.assertEqual(sorted(p.name for p in (self.folder / "out").iterdir()), ["arch.data", "events.txt", "log.lammps", "summary.json"])
+
+    def test_on_two_ranks(self):
+        """Under mpirun the script runs on both, in one LAMMPS."""
+        code = "import defe; lmp = defe.start('-screen', 'none', '-log', 'none'); print(lmp.extract_setting('world_size'), lmp.extract_setting('world_rank'))"
+        run = subprocess.run([SOURCE / "tools" / "mpirun.sh", "2", sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": str(MODULES)},
+                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, check=True)
+        self.assertEqual(sorted(run.stdout.split("\n")), ["", "2 0", "2 1"])
 
     def test_what_is_missing(self):
         self.assertIn("no defeplugin.so on Python's path", self.code("defe.start()", path=SOURCE / "python", fails=True))
