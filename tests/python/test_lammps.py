@@ -5,10 +5,12 @@ DEFE_PLUGIN: defeplugin.so in its build folder (ctest sets it)."""
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 import unittest
 from pathlib import Path
 
@@ -69,9 +71,33 @@ class Lammps(unittest.TestCase):
         self.assertRegex(said[-1], r"; summary\.json in out$")
         self.assertEqual(sorted(p.name for p in (self.folder / "out").iterdir()), ["arch.data", "events.txt", "log.lammps", "summary.json"])
 
+    def test_howto(self):
+        """Both pieces of Python on the page Howto_defe, with its first script, of which the mesh now comes from Python."""
+        page = (SOURCE / "lammps-package" / "doc" / "Howto_defe.rst").read_text()
+        section = page[page.index("\nWith Python\n"):page.index("\nRestarts and processors\n")]
+        after, before = (textwrap.dedent(block) for block in re.findall(r"\.\. parsed-literal::\n\n((?:   .*\n|\n)+)", section))
+        script = textwrap.dedent(re.search(r"\.\. script in\.bar\n\n.*\n\n((?:   .*\n|\n)+)", page)[1])
+        mesh = "read_data bar.data add append fix fe hexes Hexes"
+        script, count = re.subn(r"create_hexes +fe glass 1 .*", mesh, script)
+        self.assertEqual(count, 1)
+        self.assertIn(mesh, before)
+        (self.folder / "in.bar").write_text(script.replace("run             1000", "variable t equal time\n"
+                                                           "fix energies all ave/time 50 1 50 v_t f_fe[*30] file energies.txt").replace("plugin ", "#"))
+        planes = "import defe\nimport numpy as np\nx, y, z = (np.linspace(a, b, n) for a, b, n in ((-.031, .031, 32), (0, .01, 6), (0, .006, 4)))\n"
+        dump = "lmp.command('write_dump all custom pieces.dump id mass c_pieces')\nlmp.close()\n"
+        (self.folder / "all.py").write_text(planes + before + dump + after)
+        said = self.python("all.py").split("\n")
+        self.assertGreater(float(said[9]), 10)    # elements converted
+        self.assertRegex(said[10], r"^\d\.\d+e-05 \d+$")
+        self.assertEqual(int(said[10].split()[1]), float(said[9]))
+        self.assertRegex(said[11], r"^0\.0\d* % of the initial energy$")
+        self.assertRegex(said[12], r"^\[.*\] kg: the heaviest pieces$")
+        self.assertTrue((self.folder / "timeline.png").exists())
+
     def test_on_two_ranks(self):
         """Under mpirun the script runs on both, in one LAMMPS."""
-        code = "import defe; lmp = defe.start('-screen', 'none', '-log', 'none'); print(lmp.extract_setting('world_size'), lmp.extract_setting('world_rank'))"
+        code = ("import defe, os; lmp = defe.start('-screen', 'none', '-log', 'none')\n"
+                "os.write(1, b'%d %d\\n' % (lmp.extract_setting('world_size'), lmp.extract_setting('world_rank')))")    # in one piece
         run = subprocess.run([SOURCE / "tools" / "mpirun.sh", "2", sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": str(MODULES)},
                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, check=True)
         self.assertEqual(sorted(run.stdout.split("\n")), ["", "2 0", "2 1"])
