@@ -13,11 +13,13 @@ def farthest(time, reach):
 
 
 def speed(time, reach, begin, end):
-    """Mean speed of a crack from reach `begin` to `end`; nan if it does not come so far. time (n,), reach (n,)."""
+    """Mean speed of a crack from reach `begin` to `end`; nan if it does not come so far, inf if it comes there at once.
+    time (n,), reach (n,)."""
     t, x = farthest(time, reach)
     if len(x) == 0 or x[-1] < end:
         return float("nan")
-    return float((end - begin) / (t[np.searchsorted(x, end)] - t[np.searchsorted(x, begin)]))
+    took = t[np.searchsorted(x, end)] - t[np.searchsorted(x, begin)]
+    return float((end - begin) / took) if took > 0 else float("inf")
 
 
 def count_apart(values, apart, period=None):

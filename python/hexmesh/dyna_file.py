@@ -10,7 +10,7 @@ from .mesh import Mesh, some
 from .output import Refused, printable
 
 # What makes, moves or counts nodes and elements in ways that are not read.
-UNSUPPORTED = r"NODE_\w+|INCLUDE_\w+|ELEMENT_SOLID_\w+|ELEMENT_GENERATE\w*|PARAMETER\w*|INITIAL_FOAM_REFERENCE\w*"
+UNSUPPORTED = r"NODE_\w+|INCLUDE_\w+|ELEMENT_SOLID_\w+|ELEMENT_GENERATE\w*|INITIAL_FOAM_REFERENCE\w*"
 SHAPES = {4: "tetra", 5: "pyramid", 6: "wedge", 8: "hexahedron"}  # by the number of different nodes
 
 

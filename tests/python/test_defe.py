@@ -312,6 +312,7 @@ class Cracks(unittest.TestCase):
         self.assertAlmostEqual(defe.cracks.speed(time, x, 0.004, 0.01), 3000.0)
         self.assertTrue(math.isnan(defe.cracks.speed(time, x, 0.0, 0.02)))
         self.assertTrue(math.isnan(defe.cracks.speed([], [], 0.0, 0.02)))
+        self.assertEqual(defe.cracks.speed([1e-6, 1e-6], [0.0, 0.01], 0.0, 0.01), math.inf)
 
     def test_arms(self):
         x = np.array([[10, y, 0] for y in (-5, -4.5, 0, 1, 9)] + [[20, 30, 0]], float)

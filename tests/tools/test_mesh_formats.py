@@ -91,6 +91,7 @@ class Dyna(Case):
                 (deck(comma=True).replace("*NODE\n", "*NODE\n101, 7.0\n"), ["node 101 is defined twice"]),
                 (deck(comma=True).replace("11, 7,", "11, x,"), ["*ELEMENT_SOLID: 'x' is no integer"]),
                 (deck(comma=True).replace("102, 0.0", "102, one"), ["*NODE: 'one' is not a number"]),
+                (deck(comma=True, more=["*PARAMETER", "R x 1.0"]).replace("102, 0.0", "102, &x"), ["*NODE: '_x' is not a number"]),
                 (deck(more=["*INCLUDE_TRANSFORM", "a.k"]), ["*INCLUDE_TRANSFORM is not supported"]),
                 (deck(more=["*ELEMENT_SOLID_ORTHO", "1,1"]), ["*ELEMENT_SOLID_ORTHO is not supported"]),
                 (deck(more=["*SET_NODE_TITLE", "pvb", "1", "101"]), ["the set 'pvb' has the name of another set or part"]),
