@@ -7,7 +7,6 @@ analyse.py compare ROOT           summaries and pictures of ROOT/adaptive, ROOT/
 """
 
 import itertools
-import json
 import os
 import sys
 from pathlib import Path
@@ -159,7 +158,7 @@ def analyse_bpm(folder):
 
 
 def compare(root):
-    s = {v: json.loads((root / v / "summary.json").read_text()) for v in ("adaptive", "dem", "bpm")}
+    s = {v: defe.read_summary(root / v / "summary.json") for v in ("adaptive", "dem", "bpm")}
     loop = {v: s[v]["loop_seconds"] for v in s}
     result = dict(s)
     result["paper"] = {**PAPER, "seconds": PAPER_SECONDS}

@@ -5,7 +5,6 @@ analyse.py run FOLDER VARIANT     mesh.data, events.txt, energies.txt, whole.txt
 analyse.py compare ROOT           force.png and compare.json of the variants in ROOT
 """
 
-import json
 import os
 import sys
 from pathlib import Path
@@ -106,7 +105,7 @@ def compare(root):
     summaries, curves = {}, {}
     for variant in ("laminated", "mooney", "monolithic"):
         if (root / variant / "summary.json").exists():
-            summaries[variant] = json.loads((root / variant / "summary.json").read_text())
+            summaries[variant] = defe.read_summary(root / variant / "summary.json")
             curves[variant] = defe.read_table(root / variant / "energies.txt")
     summary.write_json(root / "compare.json", summaries)
     plt = plots.plotting()

@@ -18,5 +18,6 @@ from .events import KINDS, Events, element_of, read_events
 from .host import entries, plugin_path, start
 from .logs import Log, Run, read_log
 from .mesh import Mesh, block, read_mesh, write_mesh
+from .summary import read_summary
 from .tables import (ENTRIES, STORED, Table, balance_drift, energy_rise, energy_scale, force_from_velocity, largest_rise,
                      read_table, stored)

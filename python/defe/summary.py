@@ -4,7 +4,7 @@ import json
 import os
 import sys
 
-from .errors import InputError
+from .errors import InputError, at, text_of
 from .tables import energy_rise
 
 
@@ -21,6 +21,17 @@ def totals(log, energies):
         "ranks": log.ranks,
         "steps": log.steps,
     }
+
+
+def read_summary(path):
+    """{name: value} of a summary.json. Raises InputError: no such file, a damaged one."""
+    try:
+        found = json.loads(text_of(path))
+    except json.JSONDecodeError as error:
+        raise InputError(at(path, error.lineno) + "the file is damaged: run the example again") from None
+    if not isinstance(found, dict):
+        raise InputError(at(path) + "this is no summary of a run")
+    return found
 
 
 def write_json(path, data):

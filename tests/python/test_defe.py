@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """The package python/defe, without LAMMPS: what its readers make of small files, their messages, and its measures."""
 
+import contextlib
+import io
 import math
 import sys
 import tempfile
@@ -221,6 +223,43 @@ class Logs(Files):
         self.refuse(defe.read_log, "ERROR: Unknown command\n", "no finished run", "Unknown command")
         self.refuse(defe.read_log, "------------ Step 0 ----- CPU = 0 (sec) ------\n", "line 1", "thermo_modify line one")
         self.refuse(defe.read_log, "keywords: ['Step', 'Temp']\n", "line 1", "thermo_modify line one")
+
+
+class Summaries(Files):
+    def test_read_and_written(self):
+        path = self.folder / "summary.json"
+        defe.summary.write_json(path, {"converted": np.int64(3), "energy_J": np.float64(0.1), "none": None})
+        self.assertEqual(defe.read_summary(path), {"converted": 3, "energy_J": 0.1, "none": None})
+        self.refuse(defe.read_summary, '{"a": 1,\n"b": }', "line 2", "run the example again")
+        self.refuse(defe.read_summary, "[1]", "no summary of a run")
+        self.refuse(defe.read_summary, self.folder / "missing", "no such file")
+
+    def test_totals(self):
+        """energy_rise_percent: from 3.9 J back to 4 J, of 4 J."""
+        energies = defe.read_table(self.file("# title\n# step time_us total\n0 0 4\n20 1.2 3.9\n40 2.4 4\n60 3.6 3.5\n"))
+        self.assertEqual(defe.summary.totals(defe.read_log(self.file(LOG)), energies), {
+            "energy_initial_J": 4.0, "energy_max_J": 4.0, "energy_final_J": 3.5, "energy_rise_percent": 2.5, "end_us": 3.6,
+            "loop_seconds": 2.0, "ranks": 2, "steps": 10})
+
+    def test_report_comes_once(self):
+        """An example that is analysed again has its table in the log once."""
+        log = self.file(LOG)
+        with contextlib.redirect_stdout(io.StringIO()) as said:
+            for value in ("1", "2"):
+                defe.summary.report(log, "Pane,", ["Pane, glass", "  value " + value])
+        self.assertEqual(log.read_text(), LOG + "\nPane, glass\n  value 2\n")
+        self.assertEqual(said.getvalue(), "\nPane, glass\n  value 1\n\nPane, glass\n  value 2\n")
+
+    def test_failures_are_one_line(self):
+        def fail(error):
+            raise error
+
+        for error in (defe.InputError("events.txt: why"), Exception("ERROR: Lost\natoms")):
+            with self.assertRaises(SystemExit) as ended:
+                defe.summary.main(fail, error)
+            self.assertEqual(ended.exception.code, f"{Path(sys.argv[0]).name}: {' '.join(str(error).split())}")
+        with self.assertRaises(KeyError):    # a fault of the program is not hidden
+            defe.summary.main(fail, KeyError("x"))
 
 
 class Dumps(Files):
