@@ -38,12 +38,13 @@ LINES = [b"*NSET, NSET=", b"*NSET, NSET=a, GENERATE\n1, 2000000000", b"*NSET, NS
          b"*INSTANCE, NAME=I9, PART=Part-1\n*END INSTANCE", b"*SOLID SECTION, ELSET=A, MATERIAL=m", b"** comment", b"*ELSET, ELSET=s, INTERNAL\n1",
          b"*NSET, NSET=s, INSTANCE=I1\n1, 2", b"$EndNodes", b"$Elements\n0\n$EndElements", b"$Nodes\n0\n$EndNodes", b"$Comments\nx\n$EndComments",
          b'$PhysicalNames\n1\n3 1 ""\n$EndPhysicalNames', b"5 5 2 1 1 21 9 2 12 27 23 17 25", b"$NodeData\n1\n$EndNodeData", b"*SET_NODE_GENERATE\n1\n1,2000000000",
-         b"*SET_NODE_TITLE", b"*PART", b"*ELEMENT_SOLID\n9,7\n101,102", b"*INCLUDE\nself.k", b"*KEYWORD LONG=Y", b"*END", b"$ comment"]
+         b"*SET_NODE_TITLE", b"*PART", b"*ELEMENT_SOLID\n9,7\n101,102", b"*INCLUDE\nself.k", b"*KEYWORD LONG=Y", b"*END", b"$ comment",
+         b"GRID,5", b"CHEXA,9,7,101", b"SET1,1,1,THRU,2000000000", b"INCLUDE 'self.bdf'", b"ENDDATA", b"BEGIN BULK", b"+", b"*"]
 
 
 def corpus():
     """Name of the suffix and content of what damage starts from."""
-    found = [(path.suffix, path.read_bytes()) for path in sorted(INPUTS.glob("*.*")) if path.suffix in (".inp", ".k", ".msh")]
+    found = [(path.suffix, path.read_bytes()) for path in sorted(INPUTS.glob("*.*")) if path.suffix in (".bdf", ".inp", ".k", ".msh")]
     points, hexes = block((2, 1, 1), 1.0)
     found.append((".inp", inp(points, [("glass", hexes[:1]), ("pvb", hexes[1:])], "*NSET, NSET=a b\n1, 2\n").encode()))
     with tempfile.TemporaryDirectory() as folder:

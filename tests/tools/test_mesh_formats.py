@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""tools/mesh2data: files of LS-DYNA and VTK."""
+"""tools/mesh2data: files of LS-DYNA, Nastran and VTK."""
 
 import unittest
 
@@ -100,6 +100,79 @@ class Dyna(Case):
                 ("nothing\n", ["stands before the first keyword"]), ("*KEYWORD\n", ["there are no hexahedra"])):
             with self.subTest(words=words):
                 self.refuse(self.write("bad.k", text), *words)
+
+
+def bulk(form="small", more=(), name='$HMNAME PROP                   7"glass pane"'):
+    """The two cubes as bulk data."""
+    points, hexes = block((2, 1, 1), 1.0)
+
+    def card(first, *words):
+        words = [str(word) for word in words]
+        if form == "free":
+            lines = [",".join([first, *words[:8]])] + ([",".join(["", *words[8:]])] if len(words) > 8 else [])
+        elif form == "large":
+            lines = [(first + "*").ljust(8) + "".join(word.ljust(16) for word in words[:4])]
+            lines += ["*".ljust(8) + "".join(word.ljust(16) for word in words[k:k + 4]) for k in range(4, len(words), 4)]
+        else:
+            lines = [first.ljust(8) + "".join(word.rjust(8) for word in words[:8]) + ("+C1" if len(words) > 8 else "")]
+            lines += ["+C1".ljust(8) + "".join(word.rjust(8) for word in words[8:])] if len(words) > 8 else []
+        return lines
+
+    lines = ["SOL 101", "SPC = 4", "BEGIN BULK", name, "$ a comment"]
+    for k, x in enumerate(points):
+        lines += card("GRID", 101 + k, "", *map(float, x))
+    for k, nodes in enumerate(hexes):
+        lines += card("CHEXA", 11 + k, (7, 9)[k], *(101 + node for node in nodes))
+    return "\n".join([*lines, *more, "ENDDATA", "what comes after it"]) + "\n"
+
+
+class Nastran(Case):
+    def bulk(self, text, *options, name="mesh.bdf"):
+        return self.convert(self.write(name, text), *options)
+
+    def test_fields(self):
+        for form in "small", "large", "free":
+            with self.subTest(form):
+                data = self.bulk(bulk(form), "--keep-ids")
+                self.assertEqual((data.shape(), sorted(data.nodes), sorted(data.x)), (cells(["glass_pane", "part_9"]), [11, 12], list(range(101, 113))))
+        femap = self.bulk(bulk(name="$ Femap Property 9 : pvb").replace("+C1", "   "), name="mesh.nas")    # without marks of continuation
+        self.assertEqual(femap.shape(), cells(["part_7", "pvb"]))
+
+    def test_numbers_of_fortran(self):
+        self.assertEqual(self.bulk(bulk().replace("     2.0", "   2.0+0")).shape(), cells(["glass_pane", "part_9"]))
+        self.assertEqual(self.bulk(bulk().replace("     2.0", " .02D+02")).shape(), cells(["glass_pane", "part_9"]))
+
+    def test_sets(self):
+        data = self.bulk(bulk(more=["SPC1           4     123     101    THRU     104     112", "SET1,5,107,108", "SPC1,4,3,106"]))
+        self.assertEqual((data.groups["spc_4"], data.groups["set_5"]), ({1, 2, 3, 4, 6, 12}, {7, 8}))
+
+    def test_include(self):
+        head, tail = bulk().split("CHEXA", 1)
+        self.write("solids.bdf", "CHEXA" + tail)
+        self.assertEqual(self.bulk(head + "INCLUDE 'solids.\nbdf'\nSET1,5,101\n").groups["set_5"], {1})
+        self.refuse(self.write("a.bdf", "INCLUDE 'other.bdf'\n"), "there is no file", "other.bdf")
+        self.refuse(self.write("a.bdf", "INCLUDE 'a.bdf'\n"), "include each other")
+
+    def test_other_elements(self):
+        more = ["CTETRA,21,7,101,102,104,105", "CPENTA,22,7,101,102,104,105,106,108", "CQUAD4,31,8,101,102,104,103",
+                "CHEXA,23,7," + ",".join(map(str, range(101, 107))), "," + ",".join(map(str, range(101, 109))), "," + ",".join(map(str, range(101, 107)))]
+        path = self.write("mesh.bdf", bulk(more=more))
+        self.refuse(path, "tetra elements 21; wedge elements 22; hexahedron20 elements 23 (--hexes-only")
+        self.assertEqual(self.convert(path, "--hexes-only").shape(), cells(["glass_pane", "part_9"]))
+        self.assertIn("CQUAD4 is left out, 1 elements", self.summary)
+
+    def test_refused(self):
+        for text, words in (
+                (bulk("free").replace("CHEXA,11,7,101", "CHEXA,11,7,199"), ["element 11: there is no node 199"]),
+                (bulk("free").replace("GRID,102,,", "GRID,102,3,"), ["GRID 102 is in the coordinate system 3"]),
+                (bulk("free", more=["GRDSET,,3"]), ["GRDSET"]), (bulk(more=["GRID,101,,7.0"]), ["node 101 is defined twice"]),
+                (bulk("free").replace("GRID,102,,0.0", "GRID,102,,x"), ["GRID: 'x' is not a number"]),
+                (bulk("free").replace("CHEXA,11,7", "CHEXA,11,x"), ["CHEXA: 'x' is no integer"]),
+                (bulk(more=["SET1,5,199"]), ["the set 'set_5': there is no node 199"]),
+                (bulk(more=["CHEXA,11,7,101,102,103,104,105,106", ",107,108"]), ["element 11 is defined twice"]),
+                ("+C1  1\n", ["continues no card"]), ("ENDDATA\n", ["there are no hexahedra"])):
+            with self.subTest(words=words):
+                self.refuse(self.write("bad.bdf", text), *words)
 
 
 class Vtk(Case):
