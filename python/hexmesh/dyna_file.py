@@ -6,7 +6,8 @@ import re
 
 import numpy as np
 
-from .mesh import Mesh, some
+from .cards import chosen, integer, nodes_of, real, set_hexes
+from .mesh import Mesh
 from .output import Refused, printable
 
 # What makes, moves or counts nodes and elements in ways that are not read.
@@ -39,16 +40,10 @@ class Card:
         return [self.integer(word) for word in words]
 
     def integer(self, word):
-        if not re.fullmatch(r"[-+]?\d{1,18}", word or "0", re.ASCII):
-            raise Refused(f"*{self.keyword}: '{printable(word, 40)}' is no integer")
-        return int(word or 0)
+        return integer(f"*{self.keyword}", word)
 
     def real(self, word):
-        try:
-            # 1.5+3 is 1.5e+3
-            return float(re.sub(r"(?<=[\d.])([-+]\d)", r"e\1", word)) if word else 0.0
-        except ValueError:
-            raise Refused(f"*{self.keyword}: '{printable(word, 40)}' is not a number") from None
+        return real(f"*{self.keyword}", word)
 
 
 class Deck:
@@ -174,21 +169,6 @@ def shape_of(nodes):
     return SHAPES.get(len({node for node in nodes[:8] if node}), "degenerate solid")
 
 
-def chosen(members, known, about, what):
-    """Indices of the members of a set, IDs and ranges of IDs (of which only those count that are there)."""
-    found, missing = [], []
-    for member in members:
-        if isinstance(member, range):
-            found += [index for k, index in known.items() if k in member]
-        elif member in known:
-            found.append(known[member])
-        else:
-            missing.append(member)
-    if missing:
-        raise Refused(f"{about}: there is no {what} {some(missing)}")
-    return np.unique(np.array(found, np.int64))
-
-
 def read(path):
     reader, deck, mesh = Reader(), Deck(), Mesh()
     reader.read(deck, path)
@@ -203,29 +183,15 @@ def read(path):
             mesh.others.setdefault(shape, []).append(element)
             solids[element] = None
             continue
-        missing = [node for node in nodes[:8] if node not in index]
-        if missing:
-            raise Refused(f"element {element}: there is no node {some(missing)}")
         solids[element] = len(hexes)
         parts.setdefault(part, []).append(len(hexes))
-        hexes.append([index[node] for node in nodes[:8]])
+        hexes.append(nodes_of(element, nodes[:8], index))
         ids.append(element)
-    mesh.hexes, mesh.hex_ids = np.array(hexes, np.int64).reshape(-1, 8), np.array(ids, np.int64)
-    name_parts(mesh, parts, reader.titles)
+    set_hexes(mesh, hexes, ids, parts, reader.titles)
     read_sets(mesh, reader, index, solids, parts)
     mesh.notes += reader.notes
     mesh.notes += [f"*{printable(keyword)} is left out, {count} lines" for keyword, count in reader.left.items()]
     return mesh
-
-
-def name_parts(mesh, parts, titles):
-    mesh.parts = []
-    used = [titles.get(part) for part in parts]
-    for part, elements in parts.items():
-        title = titles.get(part) or f"part_{part}"
-        name = title if used.count(title) < 2 else f"{title}_{part}"
-        mesh.volume_sets[name] = np.array(elements)
-        mesh.parts.append(name)
 
 
 def read_sets(mesh, reader, index, solids, parts):

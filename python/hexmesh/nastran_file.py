@@ -7,7 +7,8 @@ import re
 
 import numpy as np
 
-from .mesh import Mesh, some
+from .cards import chosen, integer, nodes_of, real, set_hexes
+from .mesh import Mesh
 from .output import Refused, printable
 
 OTHERS = {"CTETRA": "tetra", "CPENTA": "wedge", "CPYRAM": "pyramid", "CPYRA": "pyramid"}
@@ -79,18 +80,6 @@ class Reader:
         if name:
             yield name, fields + 8 * [""]
 
-    def integer(self, name, word):
-        if not re.fullmatch(r"[-+]?\d{1,18}", word or "0", re.ASCII):
-            raise Refused(f"{name}: '{printable(word, 40)}' is no integer")
-        return int(word or 0)
-
-    def real(self, name, word):
-        try:
-            # 1.5-3 is 1.5e-3
-            return float(re.sub(r"(?<=[\d.])([-+]\d)", r"e\1", word.upper().replace("D", "E"))) if word else 0.0
-        except ValueError:
-            raise Refused(f"{name}: '{printable(word, 40)}' is not a number") from None
-
     def read(self, path):
         for name, fields in self.cards(path):
             if name == "GRID":
@@ -98,20 +87,20 @@ class Reader:
             elif name == "GRDSET" and fields[1] not in ("", "0"):
                 raise Refused("GRDSET: places in another coordinate system are not supported: write them in the basic one")
             elif name == "CHEXA" or name in OTHERS:
-                element, part, *nodes = (self.integer(name, word) for word in fields)
+                element, part, *nodes = (integer(name, word) for word in fields)
                 self.elements.append((element, part, [node for node in nodes if node], name))
             elif name in ("SET1", "SPC1"):
                 first = 1 if name == "SET1" else 2
-                key = f"{name[:3].lower()}_{self.integer(name, fields[0])}"
+                key = f"{name[:3].lower()}_{integer(name, fields[0])}"
                 self.sets.setdefault(key, []).extend(self.members(name, fields[first:]))
             elif re.fullmatch(LEFT, name):
                 self.left[name] = self.left.get(name, 0) + 1
 
     def read_node(self, fields):
-        node = self.integer("GRID", fields[0])
+        node = integer("GRID", fields[0])
         if fields[1] not in ("", "0"):
             raise Refused(f"GRID {node} is in the coordinate system {printable(fields[1])}: write all places in the basic one")
-        x = [self.real("GRID", word) for word in fields[2:5]]
+        x = [real("GRID", word) for word in fields[2:5]]
         if self.nodes.setdefault(node, x) != x:
             raise Refused(f"node {node} is defined twice, at different places")
 
@@ -120,10 +109,10 @@ class Reader:
         words, found = [word for word in words if word], []
         while words:
             if len(words) > 2 and words[1].upper() == "THRU":
-                found.append(range(self.integer(name, words[0]), self.integer(name, words[2]) + 1))
+                found.append(range(integer(name, words[0]), integer(name, words[2]) + 1))
                 words = words[3:]
             else:
-                found.append(self.integer(name, words.pop(0)))
+                found.append(integer(name, words.pop(0)))
         return found
 
 
@@ -140,24 +129,11 @@ def read(path):
             shape = OTHERS.get(card, f"hexahedron{len(nodes)}")
             mesh.others.setdefault(shape, []).append(element)
             continue
-        missing = [node for node in nodes if node not in index]
-        if missing:
-            raise Refused(f"element {element}: there is no node {some(missing)}")
         parts.setdefault(part or element, []).append(len(hexes))  # the property is the ID where it is blank
-        hexes.append([index[node] for node in nodes])
+        hexes.append(nodes_of(element, nodes, index))
         ids.append(element)
-    mesh.hexes, mesh.hex_ids = np.array(hexes, np.int64).reshape(-1, 8), np.array(ids, np.int64)
-    used = [reader.names.get(part) for part in parts]
-    for part, elements in parts.items():
-        name = reader.names.get(part) or f"part_{part}"
-        mesh.volume_sets[name if used.count(name) < 2 else f"{name}_{part}"] = np.array(elements)
-    mesh.parts = list(mesh.volume_sets)
+    set_hexes(mesh, hexes, ids, parts, reader.names)
     for name, members in reader.sets.items():
-        nodes = [node for m in members if isinstance(m, range) for node in index if node in m]
-        single = [m for m in members if not isinstance(m, range)]
-        missing = [m for m in single if m not in index]
-        if missing:
-            raise Refused(f"the set '{name}': there is no node {some(missing)}")
-        mesh.node_sets[name] = np.unique(np.array([index[node] for node in nodes + single], np.int64))
+        mesh.node_sets[name] = chosen(members, index, f"the set '{name}'", "node")
     mesh.notes += [f"{card} is left out, {count} elements" for card, count in reader.left.items()]
     return mesh
