@@ -6,7 +6,7 @@ tools=${DEFE_TOOLS:-../../tools}
 # fresh OUT: an output folder without what an earlier run left there.
 fresh() {
   mkdir -p "$1"
-  rm -f "$1"/*.png "$1"/{events,energies,whole,screen}.txt "$1"/{log.lammps,pieces.dump,summary.json}
+  rm -f "$1"/*.{png,hdf,hdf.series,pvsm} "$1"/{events,energies,whole,screen}.txt "$1"/{log.lammps,pieces.dump,summary.json}
 }
 
 # simulate SCRIPT OUT [LAMMPS options...]: a run with its log in OUT. Paths are relative: log files do

@@ -20,7 +20,7 @@ for arg; do
   esac
 done
 
-"$DEFE_ROOT/tools/install-deps.sh" build tests meshes plots docs
+"$DEFE_ROOT/tools/install-deps.sh" build tests meshes plots docs vtk
 defe_build "$preset" -- -D DEFE_TESTS=ON -D "DEFE_SLOW_TESTS=$slow"
 
 # A broken test can print without end: 1000 lines are shown as they come, then the last 150.

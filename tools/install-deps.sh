@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that DEFE needs and this machine lacks.
-#   install-deps.sh [build] [tests] [plots] [meshes] [benchmarks] [fuzz] [valgrind] [docs]
+#   install-deps.sh [build] [tests] [plots] [meshes] [benchmarks] [fuzz] [valgrind] [docs] [vtk]
 # Without arguments: the first five.
 # Where it cannot install, it says what is needed and goes on: things may be there under other names.
 set -euo pipefail
@@ -19,7 +19,14 @@ for group; do
     fuzz) packages+=(clang libclang-rt-dev) ;;
     valgrind) packages+=(valgrind libc6-dbg) ;;
     docs) packages+=(python3-sphinx python3-sphinx-rtd-theme python3-myst-parser libjs-mathjax fonts-mathjax) ;;
-    *) echo "install-deps.sh: unknown group $group (build, tests, plots, meshes, benchmarks, fuzz, valgrind, docs)" >&2; exit 2 ;;
+    vtk)
+      packages+=(python3 python3-numpy xvfb libgl1-mesa-dri)
+      # ParaView's Python has VTK as well, and would be removed
+      # shellcheck disable=SC2016  # the braces are dpkg-query's
+      if [[ $(dpkg-query -W -f '${db:Status-Status}' python3-paraview 2>/dev/null) != installed ]]; then
+        packages+=(python3-vtk9)
+      fi ;;
+    *) echo "install-deps.sh: unknown group $group (build, tests, plots, meshes, benchmarks, fuzz, valgrind, docs, vtk)" >&2; exit 2 ;;
   esac
 done
 

@@ -22,6 +22,8 @@ std::string LAMMPS_NS::write_vtk_file(const std::string &, const defe::VtkGrid &
 
 #include <hdf5.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -90,16 +92,20 @@ class Writer {
   struct Rows {
     hsize_t mine, before, all;
   };
-  Rows rows(std::size_t mine) const
+  template <std::size_t N> std::array<Rows, N> rows(const std::array<std::size_t, N> &mine) const
   {
-    unsigned long long n = mine, before = 0, all = 0;
-    MPI_Exscan(&n, &before, 1, MPI_UNSIGNED_LONG_LONG, MPI_SUM, comm);
-    if (me == 0) before = 0;    // MPI leaves it undefined there
-    MPI_Allreduce(&n, &all, 1, MPI_UNSIGNED_LONG_LONG, MPI_SUM, comm);
-    return {n, before, all};
+    std::array<unsigned long long, N> n, before = {}, all;
+    std::copy(mine.begin(), mine.end(), n.begin());
+    MPI_Exscan(n.data(), before.data(), N, MPI_UNSIGNED_LONG_LONG, MPI_SUM, comm);
+    if (me == 0) before.fill(0);    // MPI leaves it undefined there
+    MPI_Allreduce(n.data(), all.data(), N, MPI_UNSIGNED_LONG_LONG, MPI_SUM, comm);
+    std::array<Rows, N> result;
+    for (std::size_t k = 0; k < N; k++) result[k] = {n[k], before[k], all[k]};
+    return result;
   }
 
-  /** Collective: the rows of all ranks, one rank's after the other's. */
+  /** The rows of all ranks, one rank's after the other's: each rank writes one piece of the file, for which no
+      messages are needed. All ranks call it, since a data set is made by all. */
   void data_set(const char *name, const Rows &r, int columns, hid_t in_file, hid_t in_memory,
                 const void *mine, hid_t where)
   {
@@ -110,16 +116,10 @@ class Writer {
     const Handle set(H5Dcreate2(where, name, in_file, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
                      H5Dclose);
     check(set >= 0);
-    if (r.all == 0) return;
+    if (r.mine == 0) return;
     const Handle memory(H5Screate_simple(dims, count, nullptr), H5Sclose);
-    if (r.mine == 0) {
-      H5Sselect_none(space);
-      H5Sselect_none(memory);
-    } else
-      H5Sselect_hyperslab(space, H5S_SELECT_SET, start, nullptr, count, nullptr);
-    const Handle together(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
-    H5Pset_dxpl_mpio(together, H5FD_MPIO_COLLECTIVE);
-    check(H5Dwrite(set, in_memory, memory, space, together, mine) >= 0);
+    H5Sselect_hyperslab(space, H5S_SELECT_SET, start, nullptr, count, nullptr);
+    check(H5Dwrite(set, in_memory, memory, space, H5P_DEFAULT, mine) >= 0);
   }
 
   void integers(const char *name, const Rows &r, const std::vector<std::int64_t> &mine)
@@ -155,8 +155,9 @@ class Writer {
       many ranks wrote it. */
   void grid(const VtkGrid &g)
   {
-    const Rows points = rows(g.npoints()), cells = rows(g.ncells());
-    const Rows corners = rows(g.connectivity.size());
+    const auto size =
+        rows<4>({g.npoints(), g.ncells(), g.connectivity.size(), g.ncells() + (me == 0 ? 1 : 0)});
+    const Rows &points = size[0], &cells = size[1], &corners = size[2];
     total("NumberOfPoints", points.all);
     total("NumberOfCells", cells.all);
     total("NumberOfConnectivityIds", corners.all);
@@ -167,7 +168,7 @@ class Writer {
     std::vector<std::int64_t> offsets;    // where cells begin, and the end of the last
     if (me == 0) offsets.push_back(0);
     for (auto end : g.ends) offsets.push_back(static_cast<std::int64_t>(corners.before) + end);
-    integers("Offsets", rows(offsets.size()), offsets);
+    integers("Offsets", size[3], offsets);
 
     fields("PointData", points, g.point_fields);
     fields("CellData", cells, g.cell_fields);

@@ -1,7 +1,7 @@
 // fix defe/vtk: its files hold what the computes give, the same on any ranks and over a restart.
 // tests/tools/test_vtk.py opens them by VTK.
 //
-// timeout: 240
+// timeout: 300
 
 #include "cracking_beam.h"
 #include "failure.h"
@@ -109,7 +109,7 @@ void expect_same(const std::string &one, const std::string &other, int step)
   expect_near(joints_of(one, step), joints_of(other, step), "joint");
 }
 
-std::string vtk(const std::string &base, int every = 50, const std::string &more = "")
+std::string vtk(const std::string &base, int every = 20, const std::string &more = "")
 {
   return "fix vtk all defe/vtk " + std::to_string(every) + " " + base + " " + more + "\n";
 }
@@ -119,7 +119,7 @@ void run_beam(Lammps &lmp, const std::string &commands, int steps)
 {
   const Block block = cracking_beam();
   lmp.commands(block.script() + commands);
-  bend(lmp, block);
+  bend(lmp, block, 3.0);
   lmp.run(steps);
 }
 
@@ -135,14 +135,14 @@ TEST(Vtk, FilesHoldWhatComputesGive)
                "compute j all defe/joint/local id1 id2 kind state part damage opening slip tn ts "
                "area length x y z\ncompute d all defe/atom damage element\n"
                "compute f all defe/fragment/atom\n",
-           150);
-  const auto hexes = hexes_of("values", 150), spheres = spheres_of("values", 150);
-  const auto joints = joints_of("values", 150), nodes = nodes_of("values", 150);
+           60);
+  const auto hexes = hexes_of("values", 60), spheres = spheres_of("values", 60);
+  const auto joints = joints_of("values", 60), nodes = nodes_of("values", 60);
   const auto particles = lmp.particles();
 
   const auto hex_rows = lmp.local("h");
   EXPECT_EQ(hexes.size(), hex_rows.size());
-  EXPECT_GT(hexes.size(), 50u);
+  EXPECT_GT(hexes.size(), 30u);
   for (const auto &row : hex_rows) {
     const auto &v = hexes.at({row[0], 0});
     for (size_t k = 1; k < 10; k++) EXPECT_EQ(v[k - 1], row[k]) << "element " << row[0];
@@ -203,21 +203,21 @@ TEST(Vtk, FilesHoldWhatComputesGive)
   EXPECT_GT(softening, 10);
 }
 
-// The first step and each fiftieth, and the last one only once.
+// The first step and each twentieth, and the last one only once.
 TEST(Vtk, StepsAreThoseOfADump)
 {
   Lammps lmp;
-  run_beam(lmp, vtk("steps", 50, "joints state elements id"), 50);
-  lmp.run(60);
+  run_beam(lmp, vtk("steps", 20, "joints state elements id"), 20);
+  lmp.run(25);
   const std::string series = contents("steps_elements.hdf.series");
   MPI_Barrier(MPI_COMM_WORLD);
   EXPECT_EQ(series,
             "{\n  \"file-series-version\" : \"1.0\",\n  \"files\" : [\n"
             "    { \"name\" : \"steps_elements_0.hdf\", \"time\" : 0 },\n"
-            "    { \"name\" : \"steps_elements_50.hdf\", \"time\" : 2.5e-06 },\n"
-            "    { \"name\" : \"steps_elements_100.hdf\", \"time\" : 5e-06 }\n  ]\n}\n");
-  EXPECT_LT(size_of_file("steps_elements_110.hdf"), 0);
-  EXPECT_LT(size_of_file("steps_spheres_100.hdf"), 0);
+            "    { \"name\" : \"steps_elements_20.hdf\", \"time\" : 1e-06 },\n"
+            "    { \"name\" : \"steps_elements_40.hdf\", \"time\" : 2e-06 }\n  ]\n}\n");
+  EXPECT_LT(size_of_file("steps_elements_45.hdf"), 0);
+  EXPECT_LT(size_of_file("steps_spheres_40.hdf"), 0);
   const VtkFile elements("steps_elements_0.hdf"), joints("steps_joints_0.hdf");
   EXPECT_EQ(elements.ncells(), 160u);
   EXPECT_TRUE(elements.has("CellData/id"));
@@ -228,12 +228,12 @@ TEST(Vtk, StepsAreThoseOfADump)
 
 TEST(Vtk, SameOnAnyRanksAndOverARestart)
 {
-  constexpr int middle = 100, end = 160;
+  constexpr int middle = 40, end = 64;
   const auto run = [&](MPI_Comm comm, const std::string &base) {
     Lammps lmp(comm);
     const Block block = cracking_beam();
-    lmp.commands(block.script() + vtk(base, 40));
-    bend(lmp, block);
+    lmp.commands(block.script() + vtk(base, 16));
+    bend(lmp, block, 3.0);
     lmp.run(middle);
     lmp.command("write_restart " + base + ".restart");
     lmp.run(end - middle);
@@ -244,7 +244,7 @@ TEST(Vtk, SameOnAnyRanksAndOverARestart)
   on_one_rank([&] {
     return run(MPI_COMM_SELF, "one");
   });
-  expect_same("ranks", "one", 80);
+  expect_same("ranks", "one", 32);
   expect_same("ranks", "one", end);
 
   // what comes after the restart file is written again, and what came before stays listed
@@ -254,14 +254,14 @@ TEST(Vtk, SameOnAnyRanksAndOverARestart)
   const auto spheres = spheres_of("ranks", end);
   const auto joints = joints_of("ranks", end);
   MPI_Barrier(MPI_COMM_WORLD);
-  remove_file("ranks_elements_160.hdf");
+  remove_file("ranks_elements_64.hdf");
   Lammps lmp;
   const Block block = cracking_beam();
   lmp.commands(block.header() + "read_restart ranks.restart\n" + block.fix_only() + block.motion() +
-               vtk("ranks", 40));
+               vtk("ranks", 16));
   lmp.run(10);
   const std::string begun = contents("ranks_joints.hdf.series");
-  EXPECT_THAT(begun, HasSubstr("ranks_joints_80.hdf"));
+  EXPECT_THAT(begun, HasSubstr("ranks_joints_32.hdf"));
   lmp.run(end - middle - 10);
   EXPECT_EQ(contents("ranks_joints.hdf.series"), list);
   expect_near(hexes_of("ranks", end), hexes, "element");
@@ -275,19 +275,18 @@ TEST(Vtk, ASeriesIsBegunAnew)
 {
   for (int k = 0; k < 2; k++) {
     Lammps lmp;
-    run_beam(lmp, vtk("anew", 20 + 20 * k, "elements id"), 40);
-    EXPECT_EQ(contents("anew_elements.hdf.series").find("anew_elements_20.hdf") ==
-                  std::string::npos,
+    run_beam(lmp, vtk("anew", 4 + 4 * k, "elements id"), 8);
+    EXPECT_EQ(contents("anew_elements.hdf.series").find("anew_elements_4.hdf") == std::string::npos,
               k == 1);
     lmp.command("write_restart anew.restart");
   }
   Lammps lmp;
   const Block block = cracking_beam();
   lmp.commands(block.header() + "read_restart anew.restart\n" + block.fix_only() + block.motion() +
-               vtk("other", 20, "elements id"));
-  lmp.run(20);
+               vtk("other", 4, "elements id"));
+  lmp.run(4);
   const std::string list = contents("other_elements.hdf.series");
-  EXPECT_THAT(list, HasSubstr("other_elements_60.hdf"));
+  EXPECT_THAT(list, HasSubstr("other_elements_12.hdf"));
   EXPECT_EQ(list.find("_elements_0.hdf"), std::string::npos);
   MPI_Barrier(MPI_COMM_WORLD);
 }
@@ -299,28 +298,28 @@ TEST(Vtk, GroupAndRegionChoose)
   const Block block = cracking_beam();
   lmp.commands(block.script() +
                "region left block INF 0.0155 INF INF INF INF\nregion low block INF INF INF 0.0045 "
-               "INF INF\nfix vtk all defe/vtk 150 chosen region left\ngroup below region low\n"
-               "fix vtk2 below defe/vtk 150 below elements id\n"
+               "INF INF\nfix vtk all defe/vtk 60 chosen region left\ngroup below region low\n"
+               "fix vtk2 below defe/vtk 60 below elements id\n"
                "compute h all defe/hex/local x id\n"
                "compute b below defe/hex/local id\ncompute j all defe/joint/local x id1 id2\n");
-  bend(lmp, block);
-  lmp.run(150);
+  bend(lmp, block, 3.0);
+  lmp.run(60);
   const auto left = [](const std::vector<std::vector<double>> &rows) {
     size_t n = 0;
     for (const auto &row : rows) n += row[0] < 0.0155;
     return n;
   };
-  const auto hexes = hexes_of("chosen", 150);
+  const auto hexes = hexes_of("chosen", 60);
   EXPECT_EQ(hexes.size(), left(lmp.local("h")));
   EXPECT_LT(hexes.size(), lmp.local("h").size());
-  EXPECT_EQ(joints_of("chosen", 150).size(), left(lmp.local("j")));
+  EXPECT_EQ(joints_of("chosen", 60).size(), left(lmp.local("j")));
   size_t spheres = 0;
   for (const auto &p : lmp.particles()) spheres += p.second.radius > 0.0 && p.second.x[0] < 0.0155;
-  EXPECT_EQ(spheres_of("chosen", 150).size(), spheres);
+  EXPECT_EQ(spheres_of("chosen", 60).size(), spheres);
   EXPECT_GT(spheres, 0u);
-  EXPECT_EQ(by_id(VtkFile("below_elements_150.hdf"), {}, "id").size(), lmp.local("b").size());
+  EXPECT_EQ(by_id(VtkFile("below_elements_60.hdf"), {}, "id").size(), lmp.local("b").size());
   // and no node without an element
-  const VtkFile file("chosen_elements_150.hdf");
+  const VtkFile file("chosen_elements_60.hdf");
   std::vector<int> at(file.npoints(), 0);
   for (double p : file.at("Connectivity")) at[static_cast<size_t>(p)]++;
   EXPECT_EQ(std::count(at.begin(), at.end(), 0), 0);
@@ -334,9 +333,9 @@ TEST(Vtk, ElementsAcrossThePeriodicBoundaryKeepTheirShape)
   block.boundary = "p f f";
   block.box_hi[0] = 0.0085;    // the block ends at 8 mm
   Lammps lmp;
-  lmp.commands(block.script() + "velocity all set 100 0 0\n" + vtk("across", 400, "elements"));
-  lmp.run(800);    // by 4 mm
-  const VtkFile file("across_elements_800.hdf");
+  lmp.commands(block.script() + "velocity all set 400 0 0\n" + vtk("across", 100, "elements"));
+  lmp.run(200);    // by 4 mm
+  const VtkFile file("across_elements_200.hdf");
   ASSERT_EQ(file.ncells(), static_cast<size_t>(block.elements()));
   ASSERT_EQ(file.npoints(), static_cast<size_t>(block.nodes()));
   for (size_t c = 0; c < file.ncells(); c++) {
