@@ -1,11 +1,11 @@
 #include "defe/coupling/strength_field.h"
 
+#include "number_words.h"
+
 #include "defe/coupling/conversion.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 namespace defe {
 
@@ -87,18 +87,6 @@ CornerSizes corner_sizes(const fe::HexCoords &X)
 
 namespace {
 
-  std::string written(double number)
-  {
-    char text[32];
-    std::snprintf(text, sizeof(text), "%.17g", number);
-    for (int digits = 1; digits < 17; ++digits) {    // the shortest that is the same number
-      char shorter[32];
-      std::snprintf(shorter, sizeof(shorter), "%.*g", digits, number);
-      if (std::strtod(shorter, nullptr) == number) return shorter;
-    }
-    return text;
-  }
-
   std::string names_of_laws()
   {
     std::string names;
@@ -106,16 +94,6 @@ namespace {
     for (std::size_t i = 0; i < all.size(); ++i)
       names += std::string(i == 0 ? "" : i + 1 < all.size() ? ", " : " or ") + all[i]->name;
     return names;
-  }
-
-  /// The value of a word, > 0; else the complaint is set.
-  double positive_number(const std::string &key, const std::string &word, std::string &complaint)
-  {
-    char *end = nullptr;
-    const double number = std::strtod(word.c_str(), &end);
-    if (end == word.c_str() || *end != '\0' || !std::isfinite(number) || !(number > 0.0))
-      complaint = key + " must be a number > 0, not " + (word.empty() ? "nothing" : word);
-    return number;
   }
 
   struct Given {

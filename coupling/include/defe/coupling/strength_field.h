@@ -20,6 +20,7 @@
 /// is drawn is a function of the seed, the surface, the ID of the element and the number of the corner alone: the same
 /// for any ranks, in any order, whether the element converts late or is discrete from the start.
 
+#include "defe/coupling/flaw_growth.h"
 #include "defe/fe/material_law.h"
 #include "defe/types.h"
 
@@ -97,6 +98,7 @@ CornerSizes corner_sizes(const fe::HexCoords &X);
 /// All flaws of a part.
 struct StrengthField {
   std::vector<Flaws> flaws;
+  FlawGrowth growth;
 
   bool given() const { return !flaws.empty(); }
   /// Strengths of the DEs of an element by its corners.
