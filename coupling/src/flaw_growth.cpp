@@ -30,6 +30,13 @@ double FlawGrowth::least_share() const
   return std::pow(1e-12, 1.0 / n);
 }
 
+double FlawGrowth::inert_rate(double strength) const
+{
+  constexpr double share = 0.99;
+  return std::pow(share, n + 1.0) * strength * strength * strength /
+      ((n + 1.0) * B() * (1.0 - std::pow(share, n - 2.0)));
+}
+
 std::string FlawGrowth::words() const
 {
   return "rate " + written(v_0) + " " + written(K_Ic) + " exponent " + written(n) + " geometry " +

@@ -95,6 +95,7 @@ void JointCracks::prepare()
   state.assign(6 * static_cast<size_t>(nall), CrackLattice::INTACT);
   quiet.assign(nall, HUGE_VAL);
   key.assign(nall, 0);
+  least_volume.clear();
   cuts.clear();
   for (int d = 0; d < n; ++d) {
     const CrackDE r = host.describe(d);
@@ -104,6 +105,7 @@ void JointCracks::prepare()
                                            : crack_least_volume(jt.cell[d - jt.orthogonal]);
     quiet[d] =
         crack_quiet_energy(least, moduli[r.part], least_strength_at(d), CrackGrowth::quiet_share);
+    if (!jt.strength.empty()) least_volume.push_back(least);
     const auto *const cracked = host.find_cracks(d);
     for (int s = 0; s < 6; ++s) {
       const JointRecord &slot = jt.record(d, s);
@@ -471,6 +473,16 @@ double JointCracks::release(int d, unsigned leaving, double share[6]) const
 
 // decisions
 
+void JointCracks::fill(CrackBox &box, int d) const
+{
+  box.axes = axes(d);
+  std::copy_n(jt.len[d].data(), 6, box.length);
+  std::copy_n(jt.half[d].data(), 6, box.half);
+  arms(d, box.y);
+  box.present = jt.present[d];
+  box.moduli = moduli[jt.material[d]];
+}
+
 void JointCracks::mark()
 {
   foreign.clear();
@@ -478,13 +490,7 @@ void JointCracks::mark()
   boxed.clear();
   for (int d : growth.mark(lattice(), jt.energy.data(), quiet.data())) {
     if (d < jt.orthogonal) {
-      CrackBox &box = boxes.emplace_back();
-      box.axes = axes(d);
-      std::copy_n(jt.len[d].data(), 6, box.length);
-      std::copy_n(jt.half[d].data(), 6, box.half);
-      arms(d, box.y);
-      box.present = jt.present[d];
-      box.moduli = moduli[jt.material[d]];
+      fill(boxes.emplace_back(), d);
       boxed.push_back(d);
     } else if (d < jt.nde) {
       Vec3 y[6];

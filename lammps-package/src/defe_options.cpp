@@ -230,7 +230,18 @@ void DefeOptions::read_strength()
   if (ip < 0)
     error->all(FLERR, "Fix defe strength: unknown part {}: define it before", arg[iarg + 1]);
   DefePart &p = sys.model.parts[ip];
-  const auto parsed = defe::parse_flaws(std::vector<std::string>(arg + iarg + 2, arg + narg));
+  const std::vector<std::string> words(arg + iarg + 2, arg + narg);
+  if (words[0] == "rate") {
+    const auto growth = defe::parse_growth(words);
+    if (!growth.complaint.empty())
+      error->all(FLERR, "Fix defe strength {} rate: {}", p.name, growth.complaint);
+    if (p.strength.growth.on())
+      error->all(FLERR, "Fix defe strength {}: rate is given twice", p.name);
+    p.strength.growth = growth.growth;
+    iarg += 2 + growth.used;
+    return;
+  }
+  const auto parsed = defe::parse_flaws(words);
   if (!parsed.complaint.empty())
     error->all(FLERR, "Fix defe strength {}: {}", p.name, parsed.complaint);
   const std::string &surface = parsed.flaws.surface;
@@ -406,7 +417,17 @@ void DefeOptions::check_adhesives() const
 void DefeOptions::check_strengths() const
 {
   for (const auto &p : sys.model.parts) {
+    if (p.strength.growth.on() && !p.strength.given())
+      error->all(FLERR,
+                 "Fix defe strength {}: rate says how flaws grow, but there are none: give their "
+                 "strength, too, for instance 'strength {} constant' with that of fast loads",
+                 p.name, p.name);
     if (!p.strength.given()) continue;
+    if (p.strength.growth.on() && p.convertible && !utils::is_double(p.criterion_words))
+      error->all(FLERR,
+                 "Fix defe strength {} rate: flaws grow with the largest principal stress, but "
+                 "elements convert by '{}': convert by a stress, or leave out rate",
+                 p.name, p.criterion_words);
     if (!p.convertible)
       error->all(FLERR,
                  "Fix defe strength {}: its elements do not convert, so nothing in it breaks: give "

@@ -38,6 +38,8 @@ DefeScript::Settings DefeScript::settings() const
   for (const auto &p : sys.model.parts)
     for (const auto &f : p.strength.flaws)
       s["strength " + p.name + (f.surface.empty() ? "" : " surface " + f.surface)] = f.words();
+  for (const auto &p : sys.model.parts)
+    if (p.strength.growth.on()) s["strength " + p.name + " rate"] = p.strength.growth.words();
   for (const auto &a : sys.model.adhesives)
     s["adhesive " + sys.model.parts[a.part].name + " " + sys.model.parts[a.base].name] =
         fmt::format("{} {} {}", a.law.sigma_t, a.law.G_f, a.law.beta) +

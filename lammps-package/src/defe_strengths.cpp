@@ -33,6 +33,9 @@ void DefeStrengths::begin()
   on_ = std::any_of(sys.model.parts.begin(), sys.model.parts.end(), [](const DefePart &p) {
     return p.strength.given();
   });
+  growing_ = std::any_of(sys.model.parts.begin(), sys.model.parts.end(), [](const DefePart &p) {
+    return p.strength.growth.on();
+  });
   if (on_) sys.store.add_field(this);
 }
 
@@ -51,6 +54,7 @@ void DefeStrengths::elements_listed()
   if (!on_) return;
   if (due) draw();
   due = false;
+  if (growing_) check_growth();
   find_limits();
 }
 
@@ -58,23 +62,23 @@ void DefeStrengths::joints_listed()
 {
   auto &jt = sys.joints;
   if (!on_ || sys.census.des() == 0) return;
-  now.strength.assign(atom->nlocal + atom->nghost, HUGE_VAL);
+  now.value.assign(atom->nlocal + atom->nghost, HUGE_VAL);
   for (int i = 0; i < atom->nlocal; i++)
-    if (of[i] && of[i]->de > 0.0) now.strength[i] = of[i]->de;
+    if (of[i] && of[i]->de > 0.0) now.value[i] = of[i]->de;
   sys.ghosts.forward(now, 1);
   jt.strength.resize(jt.nall);
-  for (int d = 0; d < jt.nall; d++) jt.strength[d] = now.strength[jt.self[d]];
+  for (int d = 0; d < jt.nall; d++) jt.strength[d] = now.value[jt.self[d]];
 }
 
 int DefeStrengths::OfGhosts::pack_forward(int n, const int *list, const double *, double *buf)
 {
-  for (int k = 0; k < n; k++) buf[k] = strength[list[k]];
+  for (int k = 0; k < n; k++) buf[k] = value[list[k]];
   return n;
 }
 
 void DefeStrengths::OfGhosts::unpack_forward(int n, int first, const double *buf)
 {
-  std::copy_n(buf, n, &strength[first]);
+  std::copy_n(buf, n, &value[first]);
 }
 
 /* ----------------------------------------------------------------------
@@ -199,6 +203,11 @@ void DefeStrengths::tell(int part, const std::vector<Found> &found) const
                      f.surface.empty() ? "a volume of" : "an area of", size);
     if (k + 1 == found.size() && comm->me == 0)
       utils::logmesg(lmp, "Fix defe: strength of part {}: least {:.6g}\n", p.name, least);
+    if (k + 1 == found.size() && comm->me == 0 && p.strength.growth.on())
+      utils::logmesg(lmp,
+                     "Fix defe: strength of part {}: {}, of weight where tension rises by less "
+                     "than {:.3g} per unit of time\n",
+                     p.name, p.strength.growth.words(), p.strength.growth.inert_rate(least));
   }
 }
 
@@ -225,24 +234,26 @@ void DefeStrengths::find_limits()
     const DefeBatch &b = all[k];
     Batch &mine = batches[k];
     mine.limit.clear();
+    mine.corners.clear();
     mine.least = HUGE_VAL;
     const DefePart &p = sys.model.parts[b.part()];
     if (!b.convertible || !p.strength.given()) continue;
     // of the criterion's own measure, by the tension at which it is reached
-    const double by_strength = share_of_strength(b.part()) * p.criterion->limit() / p.stress;
+    mine.by_strength = share_of_strength(b.part()) * p.criterion->limit() / p.stress;
     for (int e = 0; e < b.size(); e++) {
-      mine.limit.push_back(by_strength * of_element(b.nodes(e)[0], *b.hex[e]));
+      mine.limit.push_back(mine.by_strength * of_element(b.nodes(e)[0], *b.hex[e]));
       mine.least = std::min(mine.least, mine.limit.back());
+      if (p.strength.growth.on()) mine.corners.push_back(find(b.nodes(e)[0], b.hex[e]->id));
     }
   }
 }
 
 /* ---------------------------------------------------------------------- */
 
-const DefeStrengths::Corners *DefeStrengths::find(int i, tagint element) const
+DefeStrengths::Corners *DefeStrengths::find(int i, tagint element) const
 {
   if (!on_ || i < 0 || !of[i]) return nullptr;
-  for (const auto &one : of[i]->hexes)
+  for (auto &one : of[i]->hexes)
     if (one.first == element) return &one.second;
   return nullptr;
 }

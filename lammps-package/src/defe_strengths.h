@@ -17,8 +17,13 @@
 #include <utility>
 #include <vector>
 
+namespace defe {
+class JointCracks;
+}
+
 namespace LAMMPS_NS {
 
+struct DefeBatch;
 struct HexRecord;
 
 /** Strengths by flaws (keyword strength; strength_field.h): drawn once per element, with the first tables, and kept by the
@@ -52,6 +57,14 @@ class DefeStrengths : protected DefeComponent, public DefeField {
   /** Of a DE; 0: it is none, or has none. */
   double of_de(int i) const;
 
+  // flaws that grow (rate): strengths fall
+
+  bool growing() const { return growing_; }
+  /** In a step in which the elements were evaluated, before they are marked. */
+  void grow_elements();
+  /** In such a step, when DEs know their energies, before cracks are decided on. */
+  void grow_des(defe::JointCracks &);
+
   // an element of atom i becomes DEs
 
   void set_de(int i, double strength);
@@ -76,11 +89,13 @@ class DefeStrengths : protected DefeComponent, public DefeField {
     std::vector<std::pair<tagint, Corners>> hexes;
   };
   std::vector<std::unique_ptr<Drawn>> of;
-  bool on_ = false, due = true;
+  bool on_ = false, growing_ = false, due = true;
 
   struct Batch {
     std::vector<double> limit;
     double least;
+    double by_strength;                // limit of an element over the least of its strengths
+    std::vector<Corners *> corners;    // where flaws grow
   };
   std::vector<Batch> batches;
 
@@ -93,7 +108,10 @@ class DefeStrengths : protected DefeComponent, public DefeField {
   void tell(int part, const std::vector<Found> &) const;
   void find_limits();
   double share_of_strength(int part) const;
-  const Corners *find(int i, tagint element) const;
+  Corners *find(int i, tagint element) const;
+  void check_growth() const;
+  void grow_batch(int batch, double dt);
+  void grow_element(const DefeBatch &, int e, double dt, Corners &) const;
 
   /** Reference positions of ghosts as their owners have them: never wrapped, so that sizes are the same on all ranks. */
   class Places : public DefeMessage {
@@ -107,10 +125,10 @@ class DefeStrengths : protected DefeComponent, public DefeField {
     DefeSystem &sys;
   } places;
 
-  /** Strengths of DEs. */
+  /** Strengths of DEs, or other numbers. */
   class OfGhosts : public DefeMessage {
    public:
-    std::vector<double> strength;    // by atom
+    std::vector<double> value;    // by atom
     int pack_forward(int n, const int *list, const double *shift, double *buf) override;
     void unpack_forward(int n, int first, const double *buf) override;
   } now;

@@ -248,7 +248,10 @@ void FixDefe::end_of_step()
   sys.work.second_half();
   if (update->ntimestep % WATCH_EVERY == 0 || update->ntimestep == output->next_restart || last)
     sys.watch.speed();
-  if (sys.clock.subcycle().due()) sys.marks.mark();
+  if (sys.clock.subcycle().due()) {
+    sys.strengths.grow_elements();
+    sys.marks.mark();
+  }
   sys.clock.step_done();
   sys.account.forget();
   if (update->ntimestep % ENERGY_EVERY == 0 || last) sys.energy_watch.look();
@@ -264,6 +267,10 @@ void FixDefe::check_rerun()
     error->all(FLERR,
                "Fix defe: rerun cannot follow materials with a memory (prony): what is in a dump "
                "does not tell their stress");
+  if (sys.strengths.growing())
+    error->all(FLERR,
+               "Fix defe: rerun cannot follow flaws that grow (strength ... rate): how far they "
+               "have grown is not in a dump");
   if (sys.marks.any() || sys.census.des() > 0)
     error->all(FLERR,
                "Fix defe: rerun cannot follow a body in which elements convert (step {}); it "

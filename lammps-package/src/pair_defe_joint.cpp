@@ -226,6 +226,7 @@ void PairDefeJoint::strength_reached()
   // cracks are decided on with the clock of the finite elements: on its way through a DE a crack meets several of
   // their steps
   if (states->cracks() && !update->setupflag && sys->clock.subcycle().due()) {
+    sys->strengths.grow_des(*states->cracks());
     states->cracks()->mark();
     forward(CRACK_STRESS, defe::JointCracks::STRESS_SIZE);
     states->decide_cracks();

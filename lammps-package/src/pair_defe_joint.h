@@ -51,6 +51,11 @@ class PairDefeJoint : public Pair {
 
   /** Strength of the joints between DEs of this type (pair_coeff ... cohesive). */
   double joint_strength(int type) const { return laws.of(type, type).cohesive.sigma_t; }
+  /** They are cut by cracks, not one by one. */
+  bool cut_by_cracks(int type) const
+  {
+    return std::isfinite(laws.crack_strengths()[type * (laws.types + 1) + type]);
+  }
 
   /** The laws of these joints. */
   const defe::CohesiveParameters &joint_law(int type) const { return laws.of(type, type).cohesive; }

@@ -30,7 +30,7 @@ struct Bars {
 
   int count() const { return rows * columns; }
   double h() const { return length / along; }
-  double dt() const { return 5e-8 * h() / 1e-3; }
+  double dt() const { return 5e-8 * h() / 1e-3 * std::sqrt(rho / 2500.0); }
   double rate() const { return most / E / (steps * dt()); }
   double pitch() const { return 2.0 * width; }
   double volume() const { return length * width * width; }

@@ -17,7 +17,7 @@ FILE = SOURCE / "tools/materials.inc"
 PAGE = SOURCE / "lammps-package/doc/Howto_defe_materials.rst"
 
 NAMES = re.findall(r"(?m)^variable (\w+) +string", FILE.read_text())
-ENDS = ("_convert", "_joint", "_adhesive", "_surface")
+ENDS = ("_convert", "_joint", "_adhesive", "_surface", "_rate")
 MATERIALS = [name for name in NAMES if not name.endswith(ENDS)]
 
 # Shear moduli in MPa by temperature, after 1 s, 3 s, a minute, an hour, a day: Engineering Structural Glass Design Guide (NCSEA).

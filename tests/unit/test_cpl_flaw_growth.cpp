@@ -98,6 +98,7 @@ TEST(FlawGrowth, SlowStrengthRisesWithTheRateAndFastStrengthIsInert)
         std::log(breaks_at(g, 1e6, 20000.0) / breaks_at(g, 1e4, 20000.0)) / std::log(100.0);
     EXPECT_NEAR(slope * (n + 1.0), 1.0, 0.01) << n;
     EXPECT_NEAR(breaks_at(g, 1e13, 4000.0) / fresh, 1.0, 1e-3) << n;
+    EXPECT_NEAR(breaks_at(g, g.inert_rate(fresh), 20000.0) / fresh, 0.99, 1e-3) << n;
   }
 }
 

@@ -43,6 +43,9 @@ struct FlawGrowth {
   /// that it takes at a tension equal to its strength (0.18 for n = 16).
   double least_share() const;
 
+  /// A tension that rises faster breaks a flaw above 0.99 of its strength: growth hardly matters.
+  double inert_rate(double strength) const;
+
   /// As in an input line; numbers in one way of writing.
   std::string words() const;
 };

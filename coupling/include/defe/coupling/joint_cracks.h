@@ -95,6 +95,19 @@ class JointCracks {
   /// Its two DEs are for the contact of spheres from the end of this step on.
   void part(int joint) { parting.push_back(joint); }
 
+  // ---- flaws that grow: JointTable::strength falls from step to step (joint_tension.cpp), before mark() ----
+
+  struct Tension {
+    int de;
+    double value;
+  };
+  /// Of owned DEs that may bear more than `share` (by part) of their strength: largest tension of corners that share a joint.
+  void find_tensions(const std::vector<double> &share, std::vector<Tension> &) const;
+  /// Strengths of DEs and ghosts have fallen: the energies of owned DEs below which nothing starts, which ghosts need, too.
+  void strengths_fell();
+  double quiet_energy(int d) const { return quiet[d]; }
+  void set_quiet_energy(int d, double energy) { quiet[d] = energy; }
+
   /// DEs whose stresses decide, then a message of up to STRESS_SIZE per DE, then decide().
   static constexpr int STRESS_SIZE = 2 + CrackStress::size;
   void mark();
@@ -140,6 +153,8 @@ class JointCracks {
   std::vector<std::array<signed char, 6>> its_slot;    // of the joint, at the other DE
   std::vector<unsigned char> corner, state, ties, type;
   std::vector<double> quiet;
+  std::vector<double>
+      least_volume;    // by owned DE, where flaws have strengths: crack_least_volume
   std::vector<std::uint64_t> key;
   CrackLattice lattice() const;
 
@@ -175,6 +190,7 @@ class JointCracks {
   std::vector<CrackStress> box_stress;
   std::vector<int> boxed;
   double budget(int joint) const;    // what both ends let go for it
+  void fill(CrackBox &, int d) const;
   CrackEnd end(int d, End &) const;
   GeneralCell cell(int d) const;
   Mat3 axes(int d) const;

@@ -98,7 +98,7 @@ CornerSizes corner_sizes(const fe::HexCoords &X);
 /// All flaws of a part.
 struct StrengthField {
   std::vector<Flaws> flaws;
-  FlawGrowth growth;
+  FlawGrowth growth = {};
 
   bool given() const { return !flaws.empty(); }
   /// Strengths of the DEs of an element by its corners.
