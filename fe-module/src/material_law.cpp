@@ -7,15 +7,17 @@
 namespace defe::fe {
 
 // one line per law, here and in the table below
-extern const MaterialLawEntry elastic_law;    // law_elastic.cpp
-extern const MaterialLawEntry mooney_law;     // law_mooney.cpp
-extern const MaterialLawEntry prony_law;      // law_prony.cpp
-extern const MaterialLawEntry rigid_law;      // law_rigid.cpp
+extern const MaterialLawEntry elastic_law;         // law_elastic.cpp
+extern const MaterialLawEntry mooney_law;          // law_mooney.cpp
+extern const MaterialLawEntry prony_law;           // law_prony.cpp
+extern const MaterialLawEntry plastic_law;         // law_plastic.cpp
+extern const MaterialLawEntry johnson_cook_law;    // law_plastic.cpp
+extern const MaterialLawEntry rigid_law;           // law_rigid.cpp
 
 const std::vector<const MaterialLawEntry *> &material_laws()
 {
-  static const std::vector<const MaterialLawEntry *> laws = {&elastic_law, &mooney_law, &prony_law,
-                                                             &rigid_law};
+  static const std::vector<const MaterialLawEntry *> laws = {
+      &elastic_law, &mooney_law, &prony_law, &plastic_law, &johnson_cook_law, &rigid_law};
   return laws;
 }
 
@@ -67,6 +69,14 @@ int LawWords::count(const char *name, int lowest, int highest)
     return 0;
   }
   return static_cast<int>(value);
+}
+
+bool LawWords::accept(const char *keyword)
+{
+  if (!text.empty() || next >= static_cast<int>(words.size()) || words[next] != keyword)
+    return false;
+  ++next;
+  return true;
 }
 
 ParsedMaterial parse_material(const std::vector<std::string> &words)

@@ -6,6 +6,7 @@
 #include "test_fe_common.h"
 
 #include "defe/fe/mooney_rivlin.h"
+#include "defe/fe/plastic.h"
 #include "defe/fe/principal.h"
 #include "defe/fe/prony.h"
 
@@ -55,6 +56,18 @@ Prony unit_prony()
       unit.bulk(), unit.rho, 0.3 * unit.mu(), {{0.5 * unit.mu(), 10.0}, {0.2 * unit.mu(), 1.0}}};
 }
 
+Plastic unit_metal(bool johnson_cook)
+{
+  Plastic m;
+  m.K = unit.bulk();
+  m.G = unit.mu();
+  m.rho = unit.rho;
+  m.yield = 0.2 * unit.mu();
+  m.hardening = m.kinematic = 0.1;
+  if (johnson_cook) m.exponent = 0.3;
+  return m;
+}
+
 bool is_fbar(const Case &c)
 {
   return dynamic_cast<const FBarKernel *>(c.kernel.get());
@@ -70,7 +83,7 @@ HexCoords random_box(Random &random)
 std::vector<Case> all_kernels(unsigned seed, bool with_history = false)
 {
   Random random(seed);
-  std::vector<Case> cases(7);
+  std::vector<Case> cases(9);
   cases[0].name = "brick";
   cases[0].X = random_box(random);
   cases[0].kernel = std::make_unique<BrickKernel>(cases[0].X, unit);
@@ -92,6 +105,11 @@ std::vector<Case> all_kernels(unsigned seed, bool with_history = false)
   cases[6].name = "prony box";
   cases[6].X = random_box(random);
   cases[6].kernel = std::make_unique<PronyKernel>(unit_prony());
+  for (int i = 7; i < 9; ++i) {
+    cases[i].name = i == 7 ? "plastic" : "johnson-cook";
+    cases[i].X = random_hex(random);
+    cases[i].kernel = std::make_unique<PlasticKernel>(unit_metal(i == 8));
+  }
   if (with_history)
     for (Case &c : cases)
       for (int i = 0; i < c.kernel->history_size(); ++i)

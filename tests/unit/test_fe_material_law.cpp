@@ -79,6 +79,26 @@ TEST(MaterialLaw, Prony)
   EXPECT_EQ(parse("prony 20e9 1100 0.69e6 0").used, 5);
 }
 
+TEST(MaterialLaw, Plastic)
+{
+  const HexCoords brick = box(1e-3, 2e-3, 3e-3);
+  const auto m = parse("plastic 210e9 0.3 7800 400e6 1e9 convert glass");
+  ASSERT_TRUE(m.law) << m.complaint;
+  EXPECT_EQ(m.used, 6);
+  EXPECT_FALSE(m.law->linear());
+  EXPECT_NEAR(m.law->elastic().E, 210e9, 1.0);
+  const auto kernel = m.law->make_kernel();
+  EXPECT_EQ(kernel->history_size(), 8 * 13);
+  EXPECT_EQ(m.law->critical_step(brick), critical_step_fbar(brick, kernel->material()));
+  EXPECT_EQ(parse("plastic 210e9 0.3 7800 400e6 1e9 kinematic 2e9 part").used, 8);
+  EXPECT_EQ(parse("johnson-cook 200e9 0.29 7830 792e6 510e6 0.26 0.014 1 part").used, 9);
+  const auto heated =
+      parse("johnson-cook 200e9 0.29 7830 792e6 510e6 0.26 0.014 1 thermal 1.03 293 1793 477 0.9");
+  ASSERT_TRUE(heated.law) << heated.complaint;
+  EXPECT_EQ(heated.used, 15);
+  EXPECT_EQ(heated.law->make_kernel()->history_size(), 8 * 15);
+}
+
 TEST(MaterialLaw, Rigid)
 {
   const auto m = parse("rigid 6.25e6");
@@ -98,8 +118,9 @@ TEST(MaterialLaw, ComplaintsNameCauseAndRemedy)
     EXPECT_THAT(m.complaint, HasSubstr(text)) << line;
     EXPECT_THAT(m.complaint, testing::Not(HasSubstr("\n")));
   };
-  EXPECT_EQ(parse("rubber 1 2 3").complaint,
-            "Unknown material law rubber: use elastic, mooney, prony or rigid");
+  EXPECT_EQ(
+      parse("rubber 1 2 3").complaint,
+      "Unknown material law rubber: use elastic, mooney, prony, plastic, johnson-cook or rigid");
   refused("", "Material law is missing: use elastic");
   refused("elastic 74e9 0.2", "density rho is missing: use elastic E nu rho");
   refused("elastic 74e9 0.5 2500", "Poisson's ratio");
@@ -114,6 +135,27 @@ TEST(MaterialLaw, ComplaintsNameCauseAndRemedy)
   refused("prony 20e9 1100 0.69e6 1.5 0.2e9 12.6", "must be an integer from 0 to 32, not 1.5");
   refused("prony 20e9 1100 0.69e6 99 0.2e9 12.6", "must be an integer from 0 to 32, not 99");
   refused("prony 1e3 1100 0.69e6 0", "bulk modulus must be at least");
+  refused("plastic 210e9 0.3 7800 400e6",
+          "hardening modulus H is missing: use plastic E nu rho sigma_y H");
+  refused("plastic 210e9 0.3 7800 400e6 1e9 kinematic",
+          "kinematic hardening modulus H_k is missing");
+  refused("plastic 210e9 0.5 7800 400e6 1e9", "Poisson's ratio");
+  refused("plastic 210e9 -0.1 7800 400e6 1e9", "Poisson's ratio");
+  refused("plastic 210e9 0.3 7800 0 1e9", "yield stress must be positive, not 0");
+  refused("plastic 210 0.3 7800 400e6 1e9", "check the units");
+  refused("plastic 210e9 0.3 7800 400e6 -1e9", "hardening must not be negative");
+  const std::string steel = "johnson-cook 200e9 0.29 7830 792e6 510e6 ";
+  refused(steel + "0.26 0.014", "reference rate is missing");
+  refused(steel + "26 0.014 1", "exponent n must be above 0 and not above 1, not 26");
+  refused(steel + "0.26 -0.014 1", "rate factor C must not be negative");
+  refused(steel + "0.26 0.014 0", "reference rate must be positive, not 0");
+  refused(steel + "0.26 0.014 1 thermal 0 293 1793 477 0.9", "thermal exponent m must be positive");
+  refused(steel + "0.26 0.014 1 thermal 1 293 200 477 0.9",
+          "T_melt must be above the starting temperature T_0");
+  refused(steel + "0.26 0.014 1 thermal 1 293 1793 0 0.9", "specific heat c_p must be positive");
+  refused(steel + "0.26 0.014 1 thermal 1 293 1793 477 90",
+          "chi of the plastic work must lie between 0 and 1");
+  refused(steel + "0.26 0.014 1 thermal 1 293 1793 477", "heated fraction chi is missing");
   refused("rigid 0", "density must be positive, not 0");
   refused("rigid", "density rho is missing: use rigid rho");
 }

@@ -5,6 +5,7 @@
 #include "test_fe_common.h"
 
 #include "defe/fe/mooney_rivlin.h"
+#include "defe/fe/plastic.h"
 #include "defe/fe/prony.h"
 
 #include <gtest/gtest.h>
@@ -148,6 +149,17 @@ TEST(MacNealHarder, KernelsAtFiniteStrainAndRotation)
                                 [&](const HexCoords &) {
                                   return std::make_unique<PronyKernel>(
                                       Prony{bulk, material.rho, 0.2 * mu, {{0.8 * mu, 1.0}}});
+                                },
+                                // yields at a strain of 1e-4
+                                [&](const HexCoords &) {
+                                  Plastic m;
+                                  m.K = bulk;
+                                  m.G = mu;
+                                  m.rho = material.rho;
+                                  m.yield = 1e-4 * mu;
+                                  m.hardening = 0.1 * mu;
+                                  m.exponent = 0.5;
+                                  return std::make_unique<PlasticKernel>(m);
                                 },
                                 // nearly incompressible: nu = 0.4999
                                 [&](const HexCoords &) {

@@ -10,6 +10,12 @@
 
 namespace defe::fe {
 
+/// What has flowed in an element: means over its Gauss points.
+struct PlasticState {
+  double strain = 0.0;         ///< equivalent plastic strain
+  double temperature = 0.0;    ///< its rise by plastic work
+};
+
 /// Internal forces of 8-node hexahedra with 2 x 2 x 2 Gauss points.
 ///
 /// Contract for every kernel, whatever its material:
@@ -92,6 +98,9 @@ class HexKernel {
   /// Cauchy stress at natural coordinates xi; X and history as above.
   virtual Mat3 stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi,
                       const double *history = nullptr) const = 0;
+
+  /// Zero for laws that know no plastic flow; history as above.
+  virtual PlasticState plastic_state(const double * /*history*/) const { return {}; }
 
   /// Density and elastic constants of the first small and fast deformation: the small-strain limit
   /// of a finite-strain law, the instantaneous moduli of a viscoelastic one.

@@ -52,6 +52,8 @@ class LawWords {
 
   double number(const char *name);
   int count(const char *name, int lowest, int highest);
+  /// True if this is the next word, which is then taken.
+  bool accept(const char *keyword);
 
   int used() const { return next; }
   /// The word that was read last.
@@ -86,6 +88,8 @@ struct ParsedMaterial {
 ///     elastic E nu rho
 ///     mooney C10 C01 K rho
 ///     prony K rho G_inf N G_1 beta_1 ... G_N beta_N
+///     plastic E nu rho sigma_y H [kinematic H_k]
+///     johnson-cook E nu rho A B n C rate [thermal m T_0 T_melt c_p chi]
 ///     rigid rho
 ParsedMaterial parse_material(const std::vector<std::string> &words);
 
