@@ -40,7 +40,9 @@ ComputeDefeHexLocal::ComputeDefeHexLocal(LAMMPS *lmp, int narg, char **arg) :
                                                         {"syz", SYZ},
                                                         {"s1", S1},
                                                         {"vonmises", VONMISES},
-                                                        {"strength", STRENGTH}};
+                                                        {"strength", STRENGTH},
+                                                        {"plastic", PLASTIC},
+                                                        {"heating", HEATING}};
   if (narg < 4) utils::missing_cmd_args(FLERR, "compute defe/hex/local", error);
   for (int k = 3; k < narg; k++) {
     auto found = names.find(arg[k]);
@@ -48,7 +50,7 @@ ComputeDefeHexLocal::ComputeDefeHexLocal(LAMMPS *lmp, int narg, char **arg) :
       error->all(
           FLERR,
           "Unknown compute defe/hex/local quantity {}: use id, part, x, y, z, sxx, syy, szz, "
-          "sxy, sxz, syz, s1, vonmises or strength",
+          "sxy, sxz, syz, s1, vonmises, strength, plastic or heating",
           arg[k]);
     what.push_back(found->second);
   }
@@ -144,6 +146,12 @@ void ComputeDefeHexLocal::compute_local()
             break;
           case STRENGTH:
             value = sys->strengths.of_element(i, h);
+            break;
+          case PLASTIC:
+            value = sys->elements.plastic_state(h).strain;
+            break;
+          case HEATING:
+            value = sys->elements.plastic_state(h).temperature;
             break;
         }
         if (ncol == 1)

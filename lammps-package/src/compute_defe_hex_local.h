@@ -28,7 +28,24 @@ class ComputeDefeHexLocal : public Compute {
   double memory_usage() override;
 
  private:
-  enum Quantity { ID, PART, X, Y, Z, SXX, SYY, SZZ, SXY, SXZ, SYZ, S1, VONMISES, STRENGTH };
+  enum Quantity {
+    ID,
+    PART,
+    X,
+    Y,
+    Z,
+    SXX,
+    SYY,
+    SZZ,
+    SXY,
+    SXZ,
+    SYZ,
+    S1,
+    VONMISES,
+    STRENGTH,
+    PLASTIC,
+    HEATING
+  };
   std::vector<Quantity> what;
   int nmax = 0;
   struct DefeSystem *sys = nullptr;

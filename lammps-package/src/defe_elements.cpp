@@ -278,6 +278,13 @@ void DefeElements::centre_stress(const HexRecord &h, double *centre, double *str
   s1 = defe::fe::max_principal(s);
 }
 
+defe::fe::PlasticState DefeElements::plastic_state(const HexRecord &h) const
+{
+  const bool virgin = h.kernel < 0 || !h.extra || h.extra->history.empty();
+  return virgin ? defe::fe::PlasticState()
+                : all[h.kernel].kernel().plastic_state(h.extra->history.data());
+}
+
 /* ----------------------------------------------------------------------
    largest distance between two nodes of an element of this rank; elements that are certainly within the ghost
    cutoff may be left out

@@ -56,6 +56,7 @@ class DefeElements : protected DefeComponent {
   void coords(const int *idx, defe::fe::HexCoords &x, defe::fe::HexCoords &X) const;
   /** Of one owned element, for output. */
   void centre_stress(const HexRecord &, double *centre, double *stress6, double &s1) const;
+  defe::fe::PlasticState plastic_state(const HexRecord &) const;
   double longest() const;
 
   /** Of this step, onto the atoms, with two clocks; adds to the virial if there is one. */

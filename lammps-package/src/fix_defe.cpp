@@ -265,8 +265,8 @@ void FixDefe::check_rerun()
   MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
   if (any)
     error->all(FLERR,
-               "Fix defe: rerun cannot follow materials with a memory (prony): what is in a dump "
-               "does not tell their stress");
+               "Fix defe: rerun cannot follow materials with a memory (prony, plastic, "
+               "johnson-cook): what is in a dump does not tell their stress");
   if (sys.strengths.growing())
     error->all(FLERR,
                "Fix defe: rerun cannot follow flaws that grow (strength ... rate): how far they "

@@ -71,7 +71,7 @@ struct EnergyLedger {
   double conv_strain = 0.0;     ///< lost (+) or gained (-) at conversions
   double conv_kinetic = 0.0;    ///< the same
   double external = 0.0;        ///< work of all other forces
-  double viscous = 0.0;         ///< of viscoelastic materials
+  double viscous = 0.0;         ///< of viscoelastic materials and of plastic flow
   double through = 0.0;         ///< of contacts that were let through
 
   static constexpr int size = 9;
