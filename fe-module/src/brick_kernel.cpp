@@ -47,11 +47,15 @@ namespace {
 struct BrickKernel::Data {
   CorotationalShape shape;
   double block[8][3][3];
+  ElementType type;
 
-  Data(const HexCoords &X, const IsotropicElastic &material) : shape(X, box_frame(X))
+  Data(const HexCoords &X, const IsotropicElastic &material, ElementType type) :
+      shape(X, box_frame(X)), type(type)
   {
-    const Mat3 Q = box_frame(X);
-    const Eigen::Matrix<double, 24, 24> K = stiffness(Q.transpose() * X, material);
+    const HexCoords local = box_frame(X).transpose() * X;
+    const Eigen::Matrix<double, 24, 24> K = type == ElementType::enhanced
+        ? stiffness_enhanced(local, material)
+        : stiffness(local, material);
     for (int b = 0; b < 8; ++b)
       for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) {
@@ -80,9 +84,9 @@ struct BrickKernel::Data {
   }
 };
 
-BrickKernel::BrickKernel(const HexCoords &X, const IsotropicElastic &material) :
-    CorotationalKernel(exact_box(require_box(X), box_frame(X)), material),
-    data(std::make_unique<const Data>(reference(), material))
+BrickKernel::BrickKernel(const HexCoords &X, const IsotropicElastic &material, ElementType type) :
+    CorotationalKernel(exact_box(require_box(X), box_frame(X)), material, type),
+    data(std::make_unique<const Data>(reference(), material, type))
 {
 }
 

@@ -218,14 +218,34 @@ namespace lanes {
     solve_symmetric(A, q);
   }
 
+  /// Adds the enhanced strain of a box (enhanced.h) at a Gauss point. There it is explicit: no shear strain is linear in
+  /// one of its own two coordinates, and no normal stress in its own.
+  DEFE_INLINE void add_enhanced_strain(const Pack u[3][8], int point, const double G[3][3],
+                                       double side, Pack strain[6])
+  {
+    constexpr double g = 0.57735026918962576451;    // 1/sqrt(3)
+    for (int k = 0; k < 3; ++k) {
+      const int i = (k + 1) % 3, j = (k + 2) % 3;
+      const double xi = g * hex_sign[point][i], xj = g * hex_sign[point][j];
+      const double xk = g * hex_sign[point][k];
+      const int ij = 1 << i | 1 << j;
+      strain[5 - k] -= 0.5 * ((xi * G[j][j]) * u[i][ij] + (xj * G[i][i]) * u[j][ij]);
+      strain[k] -=
+          (side * xk) * (G[i][i] * u[i][1 << i | 1 << k] + G[j][j] * u[j][1 << j | 1 << k]);
+    }
+  }
+
+  /// \param side  lambda/(lambda + 2 mu), of enhanced elements
+  template <bool enhanced>
   DEFE_INLINE Pack bound_at_gauss_points(const Pack u[3][8], const CorotationalShape &shape,
-                                         const BoundOfStrain &bound_of)
+                                         const BoundOfStrain &bound_of, double side)
   {
     Pack D[3][3], H[3][3], strain[6], bound;
     for (int point = 0; point < 8; ++point) {
       gradient_at_gauss_point(u, point, D);
       to_local(D, shape.G[point], H);
       symmetric(H, strain);
+      if constexpr (enhanced) add_enhanced_strain(u, point, shape.G[point], side, strain);
       const Pack here = bound_of(strain);
       bound = point == 0 ? here : simd::max(here, bound);
     }
@@ -255,7 +275,7 @@ namespace lanes {
 
 }    // namespace lanes
 
-/// Stiffness: has a CorotationalShape `shape`, of which G is diagonal and Y has linear modes only, and apply(u, p):
+/// Stiffness: has an ElementType `type`, a CorotationalShape `shape`, of which G is diagonal and Y has linear modes only, and apply(u, p):
 /// modes of the displacements times 8 -> modes of the forces K u.
 template <class Stiffness, bool with_energy, bool with_bound, bool seldom>
 void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic &material, int n,
@@ -265,6 +285,8 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
   constexpr int W = simd::width;
   const CorotationalShape &shape = stiffness.shape;
   [[maybe_unused]] const lanes::BoundOfStrain bound_of(material, out.bound_weights);
+  [[maybe_unused]] const double side =
+      material.lambda() / (material.lambda() + 2.0 * material.mu());
 
   LostElements lost;
   Pack virial[6] = {};
@@ -290,11 +312,16 @@ void add_corotational_forces(const Stiffness &stiffness, const IsotropicElastic 
     lanes::centre_gradient(u, shape, H);
     lanes::symmetric(H, strain);
     lanes::rotation_response(u, p, strain, q);
-    if constexpr (with_bound)
-      store_lanes(elements,
-                  out.bound_at_gauss_points ? lanes::bound_at_gauss_points(u, shape, bound_of)
-                                            : bound_of(strain),
-                  out.stress_bound + first);
+    if constexpr (with_bound) {
+      Pack bound;
+      if (!out.bound_at_gauss_points)
+        bound = bound_of(strain);
+      else if (stiffness.type == ElementType::enhanced)
+        bound = lanes::bound_at_gauss_points<true>(u, shape, bound_of, side);
+      else
+        bound = lanes::bound_at_gauss_points<false>(u, shape, bound_of, side);
+      store_lanes(elements, bound, out.stress_bound + first);
+    }
 
     Pack force[3][8];
     lanes::balance_moment(q, shape, p);

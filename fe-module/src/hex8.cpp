@@ -214,15 +214,19 @@ Eigen::Matrix<double, 24, 24> stiffness_fbar(const HexCoords &X, const Isotropic
       material.bulk() / volume(X) * dv * dv.transpose();
 }
 
+Mat3 elastic_stress(const Mat3 &strain, const IsotropicElastic &material)
+{
+  Mat3 s = 2.0 * material.mu() * strain;
+  s.diagonal().array() += material.lambda() * strain.trace();
+  return s;
+}
+
 Mat3 linear_stress(const HexCoords &X, const HexCoords &u, const IsotropicElastic &material,
                    const Vec3 &xi)
 {
   const Mat3 J = jacobian(relative_to_first(X), xi);
   const Mat3 H = jacobian(relative_to_first(u), xi) * J.inverse();
-  const Mat3 strain = 0.5 * (H + H.transpose());
-  Mat3 s = 2.0 * material.mu() * strain;
-  s.diagonal().array() += material.lambda() * strain.trace();
-  return s;
+  return elastic_stress(0.5 * (H + H.transpose()), material);
 }
 
 }    // namespace defe::fe

@@ -2,6 +2,7 @@
 
 #include "corotational.h"
 #include "defe/fe/hex8.h"
+#include "enhanced.h"
 
 #include <algorithm>
 #include <cmath>
@@ -43,14 +44,17 @@ CorotationalShape::CorotationalShape(const HexCoords &X, const Mat3 &Q)
     }
 }
 
-CorotationalKernel::CorotationalKernel(const HexCoords &X, const IsotropicElastic &material) :
+CorotationalKernel::CorotationalKernel(const HexCoords &X, const IsotropicElastic &material,
+                                       ElementType type) :
+    type(type),
     elastic(material), shape0(X.colwise() - X.col(0))
 {
   const std::string complaint = material.validate();
   if (!complaint.empty()) throw std::invalid_argument(complaint);
   const HexCheck check = check_hex(X);
   if (check.verdict == HexCheck::bad) throw std::invalid_argument(describe_bad_hex(0, X, check));
-  K = stiffness(shape0, material);
+  K = type == ElementType::enhanced ? stiffness_enhanced(shape0, material)
+                                    : stiffness(shape0, material);
 }
 
 namespace {
@@ -82,7 +86,14 @@ Mat3 CorotationalKernel::stress(const HexCoords &x, const HexCoords &, const Vec
                                 const double *) const
 {
   const Corotated c = corotate(x, shape0);
-  return c.R * linear_stress(shape0, c.u, elastic, xi) * c.R.transpose();
+  Mat3 s = linear_stress(shape0, c.u, elastic, xi);
+  if (type == ElementType::enhanced) {
+    EnhancedStrain enhanced(shape0, elastic);
+    for (const Vec3 &point : gauss_points())
+      enhanced.add(point, linear_stress(shape0, c.u, elastic, point));
+    s += elastic_stress(enhanced.at(xi), elastic);
+  }
+  return c.R * s * c.R.transpose();
 }
 
 bool is_box(const HexCoords &X, double tol)

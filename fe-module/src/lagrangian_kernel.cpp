@@ -157,14 +157,6 @@ namespace {
     return jacobian(x.colwise() - x.col(0), xi) * jacobian(X.colwise() - X.col(0), xi).inverse();
   }
 
-  // second Piola-Kirchhoff stress
-  Mat3 piola_kirchhoff(const Mat3 &green, const IsotropicElastic &material)
-  {
-    Mat3 S = 2.0 * material.mu() * green;
-    S.diagonal().array() += material.lambda() * green.trace();
-    return S;
-  }
-
 }    // namespace
 
 LagrangianKernel::LagrangianKernel(const IsotropicElastic &material) : elastic(material)
@@ -188,7 +180,7 @@ double LagrangianKernel::energy(const HexCoords &x, const HexCoords &X, const do
     const Mat3 F = deformation_gradient(x, X, xi);
     const Mat3 green = 0.5 * (F.transpose() * F - Mat3::Identity());
     const double J = jacobian(X.colwise() - X.col(0), xi).determinant();
-    sum += 0.5 * J * piola_kirchhoff(green, elastic).cwiseProduct(green).sum();
+    sum += 0.5 * J * elastic_stress(green, elastic).cwiseProduct(green).sum();
   }
   return sum;
 }
@@ -198,7 +190,7 @@ Mat3 LagrangianKernel::stress(const HexCoords &x, const HexCoords &X, const Vec3
 {
   const Mat3 F = deformation_gradient(x, X, xi);
   const Mat3 green = 0.5 * (F.transpose() * F - Mat3::Identity());
-  return F * piola_kirchhoff(green, elastic) * F.transpose() / F.determinant();
+  return F * elastic_stress(green, elastic) * F.transpose() / F.determinant();
 }
 
 }    // namespace defe::fe

@@ -28,7 +28,7 @@ namespace {
     Plastic m = elastic_part(words, complaint);
     m.yield = words.number("yield stress sigma_y");
     m.hardening = words.number("hardening modulus H");
-    if (words.accept("kinematic")) m.kinematic = words.number("kinematic hardening modulus H_k");
+    if (words.optional({"kinematic"}) == 0) m.kinematic = words.number("kinematic hardening modulus H_k");
     return complaint.empty() ? Law::make(m, m.G, complaint) : nullptr;
   }
 
@@ -40,7 +40,7 @@ namespace {
     m.exponent = words.number("hardening exponent n");
     m.rate_factor = words.number("rate factor C");
     m.rate_unit = words.number("reference rate");
-    if (complaint.empty() && words.accept("thermal")) {
+    if (complaint.empty() && words.optional({"thermal"}) == 0) {
       m.softening = words.number("thermal exponent m");
       const double start = words.number("starting temperature T_0");
       m.melting = words.number("melting temperature T_melt") - start;

@@ -1,5 +1,6 @@
 #include "defe/fe/material_law.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -22,6 +23,11 @@ const std::vector<const MaterialLawEntry *> &material_laws()
 }
 
 MaterialLaw::~MaterialLaw() = default;
+
+const char *MaterialLaw::elements() const
+{
+  return "";
+}
 
 bool MaterialLaw::has_shape_kernel(const HexCoords &) const
 {
@@ -71,13 +77,29 @@ int LawWords::count(const char *name, int lowest, int highest)
   return static_cast<int>(value);
 }
 
-bool LawWords::accept(const char *keyword)
+int LawWords::optional(std::initializer_list<const char *> choices)
 {
-  if (!text.empty() || next >= static_cast<int>(words.size()) || words[next] != keyword)
-    return false;
+  if (!text.empty() || next >= static_cast<int>(words.size())) return -1;
+  const auto found = std::find(choices.begin(), choices.end(), words[next]);
+  if (found == choices.end()) return -1;
   ++next;
-  return true;
+  return static_cast<int>(found - choices.begin());
 }
+
+namespace {
+
+  // Elements of earlier versions were plain and had no word for it: their restart files know by that what they hold.
+  std::string describe(const std::vector<std::string> &words, int used, const MaterialLaw &law)
+  {
+    const std::string elements = law.elements();
+    std::string text;
+    for (int k = 0; k < used; ++k)
+      if (k == 0 || (words[k] != "enhanced" && words[k] != "plain"))
+        text += (k ? " " : "") + words[k];
+    return elements == "enhanced" ? text + " " + elements : text;
+  }
+
+}    // namespace
 
 ParsedMaterial parse_material(const std::vector<std::string> &words)
 {
@@ -89,7 +111,9 @@ ParsedMaterial parse_material(const std::vector<std::string> &words)
     auto law = entry->make(numbers, complaint);
     parsed.used = numbers.used();
     parsed.complaint = numbers.complaint().empty() ? complaint : numbers.complaint();
-    if (parsed.complaint.empty()) parsed.law = std::move(law);
+    if (!parsed.complaint.empty()) return parsed;
+    parsed.description = describe(words, parsed.used, *law);
+    parsed.law = std::move(law);
     return parsed;
   }
 

@@ -17,14 +17,16 @@ namespace {
 
 }    // namespace
 
-double max_frequency(const HexCoords &X, const IsotropicElastic &material)
+double max_frequency(const HexCoords &X, const IsotropicElastic &material, ElementType type)
 {
-  return frequency(stiffness(X, material), X, material.rho);
+  const auto K = type == ElementType::enhanced ? stiffness_enhanced(X, material)
+                                               : stiffness(X, material);
+  return frequency(K, X, material.rho);
 }
 
-double critical_step(const HexCoords &X, const IsotropicElastic &material)
+double critical_step(const HexCoords &X, const IsotropicElastic &material, ElementType type)
 {
-  return 2.0 / max_frequency(X, material);
+  return 2.0 / max_frequency(X, material, type);
 }
 
 double max_frequency_fbar(const HexCoords &X, const IsotropicElastic &initial)

@@ -21,7 +21,7 @@ namespace LAMMPS_NS {
 
 struct DefeMaterial {
   std::string name;
-  std::string words;    // law and constants, as given
+  std::string words;    // law, constants and type of elements
   std::shared_ptr<const defe::fe::MaterialLaw> law;
   bool rigid() const { return law->rigid(); }
   /** Density, and moduli of small and fast deformation. */

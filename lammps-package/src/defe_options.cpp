@@ -129,7 +129,7 @@ void DefeOptions::read_material()
   if (!parsed.complaint.empty())
     error->all(FLERR, "Fix defe material {}: {}", m.name, parsed.complaint);
   m.law = parsed.law;
-  for (int k = 0; k < parsed.used; k++) m.words += std::string(k ? " " : "") + arg[iarg + 2 + k];
+  m.words = parsed.description;
   iarg += 2 + parsed.used;
   sys.model.materials.push_back(m);
   add_part(m.name, static_cast<int>(sys.model.materials.size()) - 1);

@@ -4,6 +4,7 @@
 
 #include "test_fe_common.h"
 
+#include "defe/fe/enhanced_kernel.h"
 #include "defe/fe/stable_step.h"
 
 #include <Eigen/Eigenvalues>
@@ -288,14 +289,15 @@ TEST(Beam, LowestElasticFrequencies)
 TEST(CriticalStep, OfOneElementAgainstPowerIteration)
 {
   Random random(2);
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < 10; ++i) {
     const HexCoords X = random_hex(random);
-    const auto K = stiffness(X, unit);
+    const ElementType type = i % 2 ? ElementType::enhanced : ElementType::plain;
+    const auto K = i % 2 ? stiffness_enhanced(X, unit) : stiffness(X, unit);
     Eigen::Matrix<double, 24, 1> v = random.matrix<Eigen::Matrix<double, 24, 1>>(1.0);
     for (int j = 0; j < 20000; ++j) v = (K * v).normalized();
     const double omega = std::sqrt(v.dot(K * v) / nodal_mass(X, unit.rho));
-    EXPECT_NEAR(max_frequency(X, unit), omega, 1e-10 * omega);
-    EXPECT_NEAR(critical_step(X, unit), 2.0 / omega, 1e-9 / omega);
+    EXPECT_NEAR(max_frequency(X, unit, type), omega, 1e-10 * omega);
+    EXPECT_NEAR(critical_step(X, unit, type), 2.0 / omega, 1e-9 / omega);
   }
 }
 
@@ -369,10 +371,13 @@ TEST(CriticalStep, VelocityVerletIsStableBelowAndUnstableAbove)
 {
   Random random(4);
   const HexCoords X = random_hex(random);
-  const LagrangianKernel kernel(unit);
+  const LagrangianKernel plain(unit);
+  const EnhancedKernel enhanced(unit);
   const double m = nodal_mass(X, unit.rho);
-  const auto final_amplitude = [&](double factor) {
-    const double dt = factor * critical_step(X, unit);
+  const auto final_amplitude = [&](double factor, ElementType type) {
+    const HexKernel &kernel = type == ElementType::plain ? static_cast<const HexKernel &>(plain)
+                                                         : enhanced;
+    const double dt = factor * critical_step(X, unit, type);
     Random noise(5);
     HexCoords x = X + noise.matrix<HexCoords>(1e-9);
     HexCoords v = HexCoords::Zero(), f = forces(kernel, x, X);
@@ -384,8 +389,10 @@ TEST(CriticalStep, VelocityVerletIsStableBelowAndUnstableAbove)
     }
     return (x - X).cwiseAbs().maxCoeff();
   };
-  EXPECT_LT(final_amplitude(0.999), 1e-7);
-  EXPECT_FALSE(final_amplitude(1.001) < 1e-4);    // or NaN
+  for (ElementType type : {ElementType::plain, ElementType::enhanced}) {
+    EXPECT_LT(final_amplitude(0.999, type), 1e-7);
+    EXPECT_FALSE(final_amplitude(1.001, type) < 1e-4);    // or NaN
+  }
 }
 
 }    // namespace

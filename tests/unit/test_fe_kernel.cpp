@@ -5,6 +5,7 @@
 
 #include "test_fe_common.h"
 
+#include "defe/fe/enhanced_kernel.h"
 #include "defe/fe/mooney_rivlin.h"
 #include "defe/fe/plastic.h"
 #include "defe/fe/principal.h"
@@ -73,6 +74,11 @@ bool is_fbar(const Case &c)
   return dynamic_cast<const FBarKernel *>(c.kernel.get());
 }
 
+bool is_enhanced(const Case &c)
+{
+  return c.name.rfind("enhanced", 0) == 0;
+}
+
 HexCoords random_box(Random &random)
 {
   const HexCoords X =
@@ -83,10 +89,10 @@ HexCoords random_box(Random &random)
 std::vector<Case> all_kernels(unsigned seed, bool with_history = false)
 {
   Random random(seed);
-  std::vector<Case> cases(9);
+  std::vector<Case> cases(12);
   cases[0].name = "brick";
   cases[0].X = random_box(random);
-  cases[0].kernel = std::make_unique<BrickKernel>(cases[0].X, unit);
+  cases[0].kernel = std::make_unique<BrickKernel>(cases[0].X, unit, ElementType::plain);
   cases[1].name = "lagrangian";
   cases[1].X = random_hex(random);
   cases[1].kernel = std::make_unique<LagrangianKernel>(unit);
@@ -105,10 +111,19 @@ std::vector<Case> all_kernels(unsigned seed, bool with_history = false)
   cases[6].name = "prony box";
   cases[6].X = random_box(random);
   cases[6].kernel = std::make_unique<PronyKernel>(unit_prony());
-  for (int i = 7; i < 9; ++i) {
-    cases[i].name = i == 7 ? "plastic" : "johnson-cook";
+  cases[7].name = "enhanced brick";
+  cases[7].X = random_box(random);
+  cases[7].kernel = std::make_unique<BrickKernel>(cases[7].X, unit);
+  cases[8].name = "enhanced";
+  cases[8].X = random_hex(random);
+  cases[8].kernel = std::make_unique<EnhancedKernel>(unit);
+  cases[9].name = "enhanced box";
+  cases[9].X = random_box(random);
+  cases[9].kernel = std::make_unique<EnhancedKernel>(unit);
+  for (int i = 10; i < 12; ++i) {
+    cases[i].name = i == 10 ? "plastic" : "johnson-cook";
     cases[i].X = random_hex(random);
-    cases[i].kernel = std::make_unique<PlasticKernel>(unit_metal(i == 8));
+    cases[i].kernel = std::make_unique<PlasticKernel>(unit_metal(i == 11));
   }
   if (with_history)
     for (Case &c : cases)
@@ -211,6 +226,7 @@ TEST(Kernel, UndeformedLagrangianHasExactlyNoForce)
   Random random(5);
   const HexCoords X = random_hex(random);
   EXPECT_EQ(forces(LagrangianKernel(unit), X, X).norm(), 0.0);
+  EXPECT_EQ(forces(EnhancedKernel(unit), X, X).norm(), 0.0);
 }
 
 TEST(Kernel, RotatingAStrainedStateRotatesForcesAndStress)
@@ -261,7 +277,9 @@ TEST(Kernel, SixZeroEnergyModesAndNoMore)
     for (const Case &c : all_kernels(seed)) {
       const auto K = tangent(*c.kernel, c.X);
       EXPECT_LT((K - K.transpose()).norm(), 1e-9);
-      const auto expected = is_fbar(c) ? stiffness_fbar(c.X, unit) : stiffness(c.X, unit);
+      const auto expected = is_fbar(c) ? stiffness_fbar(c.X, unit)
+          : is_enhanced(c)             ? stiffness_enhanced(c.X, unit)
+                                       : stiffness(c.X, unit);
       EXPECT_LT((K - expected).norm(), 1e-9) << c.name;
       const Eigen::VectorXd values =
           Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K, Eigen::EigenvaluesOnly).eigenvalues();
@@ -505,15 +523,20 @@ TEST(Kernels, CorotationalAndLagrangianDifferAtSecondOrder)
 {
   Random random(15);
   const HexCoords X = random_box(random), u = random.matrix<HexCoords>(1.0);
-  const BrickKernel corotational(X, unit);
-  const LagrangianKernel lagrangian(unit);
-  const auto difference = [&](double strain) {
-    const HexCoords x = X + strain * u;
-    return (forces(corotational, x, X) - forces(lagrangian, x, X)).norm();
+  const BrickKernel plain(X, unit, ElementType::plain), enhanced(X, unit);
+  const LagrangianKernel plain_lagrangian(unit);
+  const EnhancedKernel enhanced_lagrangian(unit);
+  const auto compare = [&](const HexKernel &corotational, const HexKernel &lagrangian) {
+    const auto difference = [&](double strain) {
+      const HexCoords x = X + strain * u;
+      return (forces(corotational, x, X) - forces(lagrangian, x, X)).norm();
+    };
+    const double coarse = difference(1e-3), fine = difference(1e-4);
+    EXPECT_NEAR(coarse / fine, 100.0, 2.0);
+    EXPECT_LT(coarse, 1e-5);
   };
-  const double coarse = difference(1e-3), fine = difference(1e-4);
-  EXPECT_NEAR(coarse / fine, 100.0, 2.0);
-  EXPECT_LT(coarse, 1e-5);
+  compare(plain, plain_lagrangian);
+  compare(enhanced, enhanced_lagrangian);
 }
 
 TEST(Kernels, WhoKeepsTheReference)
@@ -573,6 +596,7 @@ TEST(Kernels, RefuseBadShapesAndMaterials)
   const IsotropicElastic bad{1.0, 0.5, 1.0};
   EXPECT_THROW(BrickKernel(box(1.0, 1.0, 1.0), bad), std::invalid_argument);
   EXPECT_THROW(LagrangianKernel{bad}, std::invalid_argument);
+  EXPECT_THROW(EnhancedKernel{bad}, std::invalid_argument);
 }
 
 }    // namespace

@@ -48,6 +48,38 @@ TEST(MaterialLaw, Elastic)
   EXPECT_EQ(m.law->critical_step(brick), critical_step(brick, glass));
 }
 
+TEST(MaterialLaw, ElasticElementsAreEnhancedOrPlain)
+{
+  const auto standard = parse("elastic 74.09e9 0.2 2500 material impactor");
+  const auto enhanced = parse("elastic 74.09e9 0.2 2500 enhanced material impactor");
+  const auto plain = parse("elastic 74.09e9 0.2 2500 plain");
+  ASSERT_TRUE(standard.law && enhanced.law && plain.law);
+  EXPECT_EQ(enhanced.used, 5);
+  EXPECT_EQ(plain.used, 5);
+  EXPECT_STREQ(standard.law->elements(), "enhanced");
+  EXPECT_STREQ(plain.law->elements(), "plain");
+  // of restart files of versions that had plain elements only
+  EXPECT_EQ(plain.description, "elastic 74.09e9 0.2 2500");
+  EXPECT_EQ(standard.description, "elastic 74.09e9 0.2 2500 enhanced");
+  EXPECT_EQ(enhanced.description, standard.description);
+  EXPECT_EQ(parse("rigid 2500 plain").description, "rigid 2500");
+  EXPECT_EQ(parse("rigid 2500 plain").used, 2);
+
+  Random random(2);
+  const HexCoords brick = box(1e-3, 2e-3, 3e-3), other = random_hex(random);
+  for (const HexCoords &X : {brick, other}) {
+    const HexCoords x = X + 1e-3 * X.norm() * random.matrix<HexCoords>(1.0);
+    const bool shaped = standard.law->has_shape_kernel(X);
+    const auto kernel = [&](const ParsedMaterial &m) {
+      return shaped ? m.law->make_shape_kernel(X) : m.law->make_kernel();
+    };
+    EXPECT_LT(kernel(standard)->energy(x, X), 0.95 * kernel(plain)->energy(x, X));
+    EXPECT_EQ(kernel(standard)->energy(x, X), kernel(enhanced)->energy(x, X));
+    EXPECT_EQ(standard.law->critical_step(X), critical_step(X, glass));
+    EXPECT_EQ(plain.law->critical_step(X), critical_step(X, glass, ElementType::plain));
+  }
+}
+
 TEST(MaterialLaw, Mooney)
 {
   const auto m = parse("mooney 1.6e6 0.06e6 3.31e8 1100 part");

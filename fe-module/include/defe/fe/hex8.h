@@ -68,6 +68,14 @@ Eigen::Matrix<double, 24, 24> stiffness(const HexCoords &X, const IsotropicElast
 /// Rice 1974, Hughes 1980), the linearisation of FBarKernel: no volumetric locking.
 Eigen::Matrix<double, 24, 24> stiffness_fbar(const HexCoords &X, const IsotropicElastic &material);
 
+/// The same with enhanced modes (src/enhanced.h), which are condensed: its eigenvalues are not larger than those of
+/// stiffness().
+Eigen::Matrix<double, 24, 24> stiffness_enhanced(const HexCoords &X,
+                                                 const IsotropicElastic &material);
+
+/// Stress of a strain, lambda tr(e) I + 2 mu e.
+Mat3 elastic_stress(const Mat3 &strain, const IsotropicElastic &material);
+
 /// Linear stress C : sym(grad u) at natural coordinates xi, for nodal displacements u.
 Mat3 linear_stress(const HexCoords &X, const HexCoords &u, const IsotropicElastic &material,
                    const Vec3 &xi);

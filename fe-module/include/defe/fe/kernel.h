@@ -16,6 +16,15 @@ struct PlasticState {
   double temperature = 0.0;    ///< its rise by plastic work
 };
 
+/// How the strain in an element follows from its nodes.
+/// - plain: from the trilinear displacements alone. A bent element is too stiff: its edges stay straight, so it
+///   shears where it should bend (1.5 times with one cube through the thickness, with elements a times as long as
+///   thick 1 + a^2/2 times, Poisson's ratio 0).
+/// - enhanced: strains of nine more displacements, alpha_k (1 - xi_k^2), k = 1, 2, 3, take such a value that the
+///   energy is least (see src/enhanced.h). Parallelepipeds bend as they should; nothing else changes: uniform
+///   strain, mass, the stress at the centre.
+enum class ElementType { plain, enhanced };
+
 /// Internal forces of 8-node hexahedra with 2 x 2 x 2 Gauss points.
 ///
 /// Contract for every kernel, whatever its material:
@@ -32,7 +41,7 @@ struct PlasticState {
 /// - The result does not depend on how a list of elements is cut into calls, except for the order
 ///   of the additions to f, virial and dissipation.
 /// - An element is lost when its Jacobian dx/dX is not positive (corotational kernels look at the
-///   centre, LagrangianKernel at all Gauss points, FBarKernels at both) or not a number. Its forces,
+///   centre, Lagrangian ones at all Gauss points, FBarKernels at both) or not a number. Its forces,
 ///   energy and bound are then NaN, so that nobody computes on with it unawares, and its index
 ///   goes to Output::inverted. Its history is of no use afterwards.
 class HexKernel {
@@ -107,9 +116,10 @@ class HexKernel {
   virtual const IsotropicElastic &material() const = 0;
 };
 
-/// Corotational linear elasticity: W = 1/2 u.K u with u_a = R^T (x_a - x_0) - (X_a - X_0), R from
+/// Corotational linear elasticity: W = 1/2 u.K u, K = stiffness() or stiffness_enhanced() (hex8.h), with u_a = R^T (x_a - x_0) - (X_a - X_0), R from
 /// the polar decomposition F = R U of the deformation gradient at the element's centre. Forces
-/// contain the derivative of R (see src/corotational.h), stress() is R (C : sym grad u) R^T at xi.
+/// contain the derivative of R (see src/corotational.h), stress() is R (C : strain) R^T at xi, with the strain sym
+/// grad u and that of the enhanced modes.
 /// The law is linear in the stretch: it differs from any hyperelastic law with the same constants
 /// at second order in strain.
 class CorotationalKernel : public HexKernel {
@@ -126,8 +136,9 @@ class CorotationalKernel : public HexKernel {
   const HexCoords &reference() const { return shape0; }
 
  protected:
-  CorotationalKernel(const HexCoords &X, const IsotropicElastic &material);
+  CorotationalKernel(const HexCoords &X, const IsotropicElastic &material, ElementType);
 
+  ElementType type;
   IsotropicElastic elastic;
   HexCoords shape0;
   Eigen::Matrix<double, 24, 24> K;
@@ -135,11 +146,12 @@ class CorotationalKernel : public HexKernel {
 
 /// Congruent boxes (rectangular parallelepipeds) in any common orientation. K is applied after a
 /// Walsh-Hadamard transform over the nodes, where the box's three reflections split it into small
-/// blocks. The fastest kernel.
+/// blocks. The fastest kernel, whatever the type of its elements.
 /// Throws std::invalid_argument if X is not a box or the material is not valid.
 class BrickKernel : public CorotationalKernel {
  public:
-  BrickKernel(const HexCoords &X, const IsotropicElastic &material);
+  BrickKernel(const HexCoords &X, const IsotropicElastic &material,
+              ElementType = ElementType::enhanced);
   ~BrickKernel() override;
   void add_forces(int n, const int (*nodes)[8], const double *x, const double *X, double *f,
                   const Output &out) const override;
@@ -149,7 +161,7 @@ class BrickKernel : public CorotationalKernel {
   std::unique_ptr<const Data> data;
 };
 
-/// Hexahedra of any valid shape, each with its own: total Lagrangian St Venant-Kirchhoff,
+/// Plain hexahedra of any valid shape, each with its own: total Lagrangian St Venant-Kirchhoff,
 /// S = lambda tr(E) I + 2 mu E with the Green strain E, Cauchy stress F S F^T / det F.
 /// Throws std::invalid_argument if the material is not valid. Reference shapes are not checked in
 /// add_forces(): use check_hex() when the mesh is read.

@@ -4,6 +4,7 @@
 #include "defe/fe/elastic.h"
 #include "defe/fe/kernel.h"
 
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,6 +32,9 @@ class MaterialLaw {
   /// can go on with. Elements of any other law cannot be converted.
   virtual bool linear() const { return false; }
 
+  /// Of laws that have a choice, which elements it is: the word that follows their numbers.
+  virtual const char *elements() const;
+
   /// A kernel for elements of any shape; null if rigid().
   virtual std::unique_ptr<HexKernel> make_kernel() const = 0;
 
@@ -52,8 +56,8 @@ class LawWords {
 
   double number(const char *name);
   int count(const char *name, int lowest, int highest);
-  /// True if this is the next word, which is then taken.
-  bool accept(const char *keyword);
+  /// Takes the next word if it is one of these, and returns which; else -1.
+  int optional(std::initializer_list<const char *> choices);
 
   int used() const { return next; }
   /// The word that was read last.
@@ -81,11 +85,13 @@ struct ParsedMaterial {
   std::shared_ptr<const MaterialLaw> law;    ///< null if there is a complaint
   std::string complaint;    ///< one line: what is wrong with which value, and what to write instead
   int used = 0;             ///< number of words that belong to the law, its name included
+  /// Those words, in one form: enhanced elements are named though they are the default, plain ones are not.
+  std::string description;
 };
 
 /// words: the name of a law, its numbers, and whatever else follows on the line.
 ///
-///     elastic E nu rho
+///     elastic E nu rho [enhanced|plain]
 ///     mooney C10 C01 K rho
 ///     prony K rho G_inf N G_1 beta_1 ... G_N beta_N
 ///     plastic E nu rho sigma_y H [kinematic H_k]
