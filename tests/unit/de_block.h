@@ -7,8 +7,8 @@
 
 #include "defe/coupling/conversion.h"
 #include "defe/coupling/corner_strain.h"
+#include "defe/fe/enhanced_kernel.h"
 #include "defe/fe/hex8.h"
-#include "defe/fe/kernel.h"
 #include "defe/fe/topology.h"
 
 #include <Eigen/Geometry>
@@ -219,12 +219,12 @@ class Block {
     return energy;
   }
 
-  /// Everything: finite elements (total Lagrangian) and joints. Returns the energy, sets f.
+  /// Everything: finite elements (enhanced, total Lagrangian) and joints. Returns the energy, sets f.
   double forces(const Vectors &x, Vectors &f) const
   {
     f.assign(x.size(), Vec3::Zero());
     double energy = joint_forces(x, f);
-    const fe::LagrangianKernel kernel(material);
+    const fe::EnhancedKernel kernel(material);
     std::vector<double> energies(elements.size());
     fe::HexKernel::Output out;
     out.energy = energies.data();
