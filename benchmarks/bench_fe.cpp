@@ -2,6 +2,7 @@
 // counter items_per_second. The smallest block has the size of the paper's glass beam. The bare
 // loops are what the processor could do at best: linear K u without rotation or criterion.
 
+#include "defe/fe/enhanced_kernel.h"
 #include "defe/fe/hex8.h"
 #include "defe/fe/kernel.h"
 #include "defe/fe/mooney_rivlin.h"
@@ -79,7 +80,7 @@ Block block_of(int64_t size)
   return {static_cast<int>(size / 2500), 50, 50};
 }
 
-enum Kind { brick, lagrangian, mooney, prony };
+enum Kind { brick, plain_brick, lagrangian, enhanced, mooney, prony };
 enum Wanted { forces = 0, bound = 1, energy = 2, virial = 4, gauss_bound = 8, dissipation = 16 };
 
 void add_forces(benchmark::State &state, Kind kind, int wanted)
@@ -88,8 +89,12 @@ void add_forces(benchmark::State &state, Kind kind, int wanted)
   std::unique_ptr<HexKernel> kernel;
   if (kind == brick)
     kernel = std::make_unique<BrickKernel>(block.shape(0), glass);
+  else if (kind == plain_brick)
+    kernel = std::make_unique<BrickKernel>(block.shape(0), glass, ElementType::plain);
   else if (kind == lagrangian)
     kernel = std::make_unique<LagrangianKernel>(glass);
+  else if (kind == enhanced)
+    kernel = std::make_unique<EnhancedKernel>(glass);
   else if (kind == mooney)
     kernel = std::make_unique<MooneyRivlinKernel>(rubber);
   else
@@ -137,7 +142,12 @@ BENCHMARK_CAPTURE(add_forces, brick_bound, brick, bound)->Apply(sizes);
 BENCHMARK_CAPTURE(add_forces, brick_bound_energy, brick, bound | energy)->Apply(beam_only);
 BENCHMARK_CAPTURE(add_forces, brick_gauss_bound, brick, gauss_bound)->Apply(beam_only);
 BENCHMARK_CAPTURE(add_forces, brick_virial, brick, bound | virial)->Apply(beam_only);
+BENCHMARK_CAPTURE(add_forces, plain_brick, plain_brick, forces)->Apply(beam_only);
 BENCHMARK_CAPTURE(add_forces, lagrangian, lagrangian, forces)->Apply(beam_only);
+BENCHMARK_CAPTURE(add_forces, enhanced, enhanced, forces)->Apply(beam_only);
+BENCHMARK_CAPTURE(add_forces, enhanced_bound, enhanced, bound)->Apply(sizes);
+BENCHMARK_CAPTURE(add_forces, enhanced_bound_energy, enhanced, bound | energy)->Apply(beam_only);
+BENCHMARK_CAPTURE(add_forces, enhanced_gauss_bound, enhanced, gauss_bound)->Apply(beam_only);
 BENCHMARK_CAPTURE(add_forces, lagrangian_bound, lagrangian, bound)->Apply(sizes);
 BENCHMARK_CAPTURE(add_forces, lagrangian_bound_energy, lagrangian, bound | energy)
     ->Apply(beam_only);

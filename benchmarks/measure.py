@@ -497,7 +497,8 @@ def row_kernels(s):
         rate("bare<brick_K>/5150", "bare loop: gather, Walsh-Hadamard brick K u, scatter"),
         rate("bare<dense_K>/5150", "bare loop: gather, dense K u, scatter"),
         rate("add_forces/brick_bound/5150", "brick kernel with criterion, outside LAMMPS"),
-        rate("add_forces/lagrangian_bound/5150", "total Lagrangian with criterion, outside LAMMPS"),
+        rate("add_forces/enhanced_bound/5150", "total Lagrangian, enhanced elements, with criterion, outside LAMMPS"),
+        rate("add_forces/lagrangian_bound/5150", "the same with plain elements"),
         Line("corner-strain joints, outside LAMMPS", "M DE-steps/s", [M * v for v in s.google("joint_kernels", "orthogonal/forces/0")],
              note=s.why("joint_kernels")),
     ]

@@ -14,6 +14,7 @@ struct Bending {
   std::string box;                  // region box, 6 numbers
   std::string glass;                // fix defe: materials and parts of the beam
   std::string options;              // fix defe: more keywords
+  std::string elements;             // fix defe: their type in the supports, if not the default
   std::string mesh;                 // commands that make the beam, from y = 0 upwards
   std::string outer, inner;         // |x| at which the supports end and begin
   std::string law;                  // "lattice": of joints by their own tractions
@@ -32,7 +33,8 @@ struct Bending {
     group           particles empty
     fix             fe all defe )" +
         glass + R"( &
-                                material supports elastic 5e9 0.4 2400 material impactor rigid 6.25e6 &
+                                material supports elastic 5e9 0.4 2400 )" +
+        elements + R"( material impactor rigid 6.25e6 &
                                 )" +
         options + "\n" + mesh + "\ncreate_hexes fe supports 2 x -" + outer + " 5 -" + inner +
         " y -0.004 2 0 z 0 5 0.010\ncreate_hexes fe supports 2 x " + inner + " 5 " + outer +

@@ -1,7 +1,7 @@
 // Beams in bending: against Timoshenko's theory, against an independent finite-element program,
 // and beams of discrete elements against beams of finite elements.
 //
-// 3 s of processor time on one rank; four ranks on two cores take 15 s, of which most is waiting.
+// 5 s of processor time on one rank; four ranks on two cores take 15 s, of which most is waiting.
 //
 // timeout: 240
 
@@ -120,20 +120,16 @@ double timoshenko(const Cantilever &b)
 TEST(Cantilever, ThinBeamsBendAsTheyShould)
 {
   const Cantilever one{0.04, 0.002, 0.002, 20, 1, 1}, two{0.04, 0.002, 0.002, 40, 2, 2},
-      flat{0.12, 0.002, 0.002, 12, 1, 1};
+      flat{0.08, 0.002, 0.002, 8, 1, 1};
   const auto stiffness = [](const Cantilever &b, const std::string &options, double dt) {
     const double expected = timoshenko(b);
     return std::pow(cantilever_frequency(b, options, dt, expected) / expected, 2);
   };
   EXPECT_NEAR(stiffness(one, "", 1e-7), 1.0, 0.03);
-  EXPECT_NEAR(stiffness(one, "kernel lagrangian", 1e-7), 1.0, 0.03);
   EXPECT_NEAR(stiffness(two, "enhanced", 8e-8), 1.0, 0.03);
-  EXPECT_NEAR(stiffness(flat, "", 1e-7), 1.0, 0.03);
-  EXPECT_NEAR(stiffness(flat, "kernel lagrangian", 1e-7), 1.0, 0.03);
+  EXPECT_NEAR(stiffness(flat, "kernel lagrangian", 2e-7), 1.0, 0.03);
   // what plain elements make of it, see the page fix_defe
   EXPECT_NEAR(stiffness(one, "plain", 1e-7), 1.49, 0.03);
-  EXPECT_NEAR(stiffness(two, "plain kernel lagrangian", 8e-8), 1.13, 0.03);
-  EXPECT_NEAR(stiffness(flat, "plain", 1e-7), 11.3, 0.3);
 }
 
 // Plain elements are stiffer in bending by (1 + (1 - nu)/2 (a/b)^2)/(1 - nu^2); with n over the depth that concerns 1/n^2 of

@@ -632,6 +632,47 @@ TEST(Restart, OfAnotherVersion)
   }
 }
 
+// Elements go on as the type that they were: enhanced and plain ones have other energies at the same strain.
+TEST(Restart, KeepsTheTypeOfElements)
+{
+  const auto fix = [](const std::string &type) {
+    return "fix fe all defe material glass elastic 74.09e9 0.2 2500 " + type + "\n";
+  };
+  const Block block;
+  const auto energy_after = [&](const std::string &before, const std::string &after) {
+    {
+      Lammps lmp;
+      lmp.commands(block.header() + block.box() + "pair_style zero 0.004\npair_coeff * *\n" +
+                   "group particles empty\n" + fix(before) + block.mesh() + block.motion());
+      lmp.change([](Particle &p) {
+        p.x += 1e-5 * random_of(p.tag, 1);
+      });
+      lmp.run(20);
+      lmp.command("write_restart type.restart");
+    }
+    MPI_Barrier(MPI_COMM_WORLD);
+    Lammps lmp;
+    lmp.commands(block.header() + "read_restart type.restart\n" + fix(after) + block.motion());
+    lmp.run(0);
+    return lmp.fe(E_ELEMENTS);
+  };
+  const auto refusal = [&](const std::string &before, const std::string &after) {
+    try {
+      energy_after(before, after);
+    } catch (LAMMPS_NS::LAMMPSException &e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  const double plain = energy_after("plain", "plain"), standard = energy_after("", "");
+  EXPECT_EQ(energy_after("", "enhanced"), standard);
+  EXPECT_GT(std::abs(plain - standard), 0.01 * plain);
+  EXPECT_THAT(refusal("plain", ""),
+              HasSubstr("was 'glass: elastic 74.09e9 0.2 2500' in the restart file and is 'glass: "
+                        "elastic 74.09e9 0.2 2500 enhanced' now"));
+  EXPECT_THAT(refusal("enhanced", "plain"), HasSubstr("in the restart file and is"));
+}
+
 // Viscoelastic elements remember their strain.
 TEST(Restart, ViscoelasticElementsRememberTheirStrain)
 {
