@@ -155,6 +155,16 @@ void corner_areas(const GeneralCell &cell, unsigned present, Vec3 half_area[6])
   }
 }
 
+GeneralCell stress_free_cell(const GeneralCell &placed, const Mat3 &map)
+{
+  GeneralCell cell = placed;
+  for (int s = 0; s < 6; ++s) {
+    cell.dX[s] = map * placed.dX[s];
+    cell.face[s] = map * placed.face[s];
+  }
+  return cell;
+}
+
 bool is_orthogonal(const GeneralCell &cell, double tol)
 {
   double limit_dX[6], limit_face[6];    // squared

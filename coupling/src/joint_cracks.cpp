@@ -447,7 +447,7 @@ GeneralCell JointCracks::cell(int d) const
     } else if (nb != jt.self[d])
       c.dX[s] = Vec3(particles.reference(nb)) - Vec3(X[d].data());
   }
-  return c;
+  return jt.stress_free.empty() ? c : stress_free_cell(c, jt.stress_free[d]);
 }
 
 // unit vectors of the axes of an orthogonal cell: from its neighbours, whose positions are near in memory
@@ -461,6 +461,8 @@ Mat3 JointCracks::axes(int d) const
     A.col(a) = partner[d][s] >= 0 ? Vec3(sign / jt.len[d][s] * lattice().vector(6 * d + s))
                                   : Vec3(sign / jt.half[d][s] * Vec3(jt.record(d, s).face));
   }
+  if (!jt.stress_free.empty())
+    A.colwise().normalize();    // len and half are not those of the vectors
   return A;
 }
 

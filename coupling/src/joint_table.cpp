@@ -23,6 +23,7 @@ void JointTable::clear()
   half.clear();
   material.clear();
   cell.clear();
+  stress_free.clear();
   half_force.clear();
   energy.clear();
   strength.clear();

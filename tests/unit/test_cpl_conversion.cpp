@@ -3,6 +3,8 @@
 #include "de_block.h"
 
 #include "defe/coupling/facet.h"
+#include "defe/fe/element_batch.h"
+#include "defe/fe/prestress.h"
 
 #include <gtest/gtest.h>
 
@@ -327,4 +329,58 @@ TEST(TieSwing, OfADEThatTurnsAboutTheTiePoint)
   }
   // along the tie: no swing, whatever the pressure
   EXPECT_NEAR(tie_rotation(X, Vec3(0.0, 0.0, 0.1), face, face), 0.0, 1e-15);
+}
+
+// Layers of a tempered pane, of which some elements are DEs: at the places where it was put nothing moves, whatever has
+// converted, and the energy is that of the stress.
+TEST(Conversion, PrestressedLayersStayInEquilibrium)
+{
+  std::mt19937 random(9);
+  const int N = 5, layers = 4;
+  const double h = 2e-3, sigma_A = 100e6 * h * h;
+  const fe::ParabolaStress pane{2, -0.5 * layers * h, 0.5 * layers * h, -100e6};
+  const auto law = fe::parse_material({"elastic", "74.09e9", "0.2", "2500"}).law;
+  for (double fraction : {0.0, 0.4, 1.0})
+    for (bool orthogonal : {false, true}) {
+      Mesh mesh = box_mesh(N, N, layers, h);
+      shuffle_local_axes(mesh, random);
+      std::vector<char> some(mesh.hex.size());
+      for (int e = 0; e < static_cast<int>(some.size());
+           ++e) {    // at the edges DEs let the stress go
+        const int i = e % N, j = e / N % N;
+        some[e] =
+            std::min(i, j) > 0 && std::max(i, j) < N - 1 && uniform(random, 0.0, 1.0) < fraction;
+      }
+      Block block(mesh, some, glass);
+      block.orthogonal = orthogonal;
+      for (auto &p : block.de) {
+        const Mat3 sigma = pane.over(mesh.coords(p.element, mesh.X));
+        p.cell = stress_free_cell(p.cell, fe::stress_free_map(sigma, glass));
+      }
+      Vectors f(block.X.size(), Vec3::Zero());
+      double energy = block.joint_forces(block.X, f), expected = 0.0;
+      for (int e = 0; e < static_cast<int>(mesh.hex.size()); ++e) {
+        const fe::HexCoords X = mesh.coords(e, mesh.X);
+        const Mat3 sigma = pane.over(X);
+        expected += fe::energy_of_stress(sigma, glass) * fe::volume(X);
+        if (some[e]) continue;
+        fe::ElementBatch batch(0, *law, fe::KernelChoice(*law, X, {}, &sigma));
+        std::array<int, 8> nodes;
+        std::copy(mesh.hex[e].begin(), mesh.hex[e].end(), nodes.begin());
+        batch.add(nodes, nullptr);
+        batch.finish();
+        batch.forces(block.X[0].data(), nullptr, f[0].data(), {});
+        batch.energy(block.X[0].data(), nullptr, Vectors(block.X.size(), Vec3::Zero())[0].data(),
+                     energy);
+      }
+      int looked_at = 0;
+      for (std::size_t i = 0; i < block.X.size(); ++i) {    // not at the edges, which want to move
+        const Vec3 &X = block.X[i];
+        if (std::max(std::abs(X[0]), std::abs(X[1])) > (0.5 * N - 0.3) * h) continue;
+        EXPECT_LT(f[i].norm(), 1e-10 * sigma_A);
+        ++looked_at;
+      }
+      EXPECT_GT(looked_at, 50);
+      EXPECT_NEAR(energy, expected, 3e-3 * expected);    // laws at a strain of 1e-3
+    }
 }

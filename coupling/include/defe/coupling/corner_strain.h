@@ -87,6 +87,10 @@ struct GeneralCell {
   unsigned char tie;    ///< bit s set: slot s ends on an element's face
 };
 
+/// The cell of a DE as its corners see it if they have a stress where it was placed: that of the stress-free shape
+/// (fe/prestress.h). Uniform in the cell, so that all joints at the placed lengths carry exactly that stress.
+GeneralCell stress_free_cell(const GeneralCell &placed, const Mat3 &map);
+
 /// Corners of one DE in any hexahedron.
 ///
 /// \param y           current joint vectors x_other - x_self; ignored where absent

@@ -15,18 +15,25 @@ namespace defe::fe {
 struct KernelRules {
   bool lagrangian = false;    ///< no kernels for one shape
   bool exact = false;    ///< shapes are rounded, so that a kernel does not depend on who came first
+  bool own_stress =
+      false;    ///< each element has a stress of its own: no kernels for one shape and stress
 };
 
 /// Which kernel an element of this material gets.
 struct KernelChoice {
-  KernelChoice(const MaterialLaw &law, const HexCoords &X, const KernelRules &rules);
+  /// \param prestress  what the element has at X (prestress.h); null: it is stress-free there
+  KernelChoice(const MaterialLaw &law, const HexCoords &X, const KernelRules &rules,
+               const Mat3 *prestress = nullptr);
   HexCoords shape;
-  bool of_shape;    ///< one for elements congruent to the shape only
+  bool of_shape;    ///< one for elements congruent to the shape, and with this stress, only
   bool exact;
+  bool prestressed;
+  Mat3 stress;
 };
 
 /// Elements of one part that share a kernel, as flat arrays of local node indices: all boxes of one shape, or all
-/// other elements. Elements of rigid parts have no kernel.
+/// other elements. Elements of rigid parts have no kernel. Those with a prestress have kernels of their stress-free shape;
+/// where the kernel serves any shape, each brings its own (own_reference()).
 class ElementBatch {
  public:
   /// An empty one for elements of this part with that kernel.
@@ -45,10 +52,19 @@ class ElementBatch {
   const double *bounds() const { return bound_.data(); }
   bool has_histories() const { return !history_.empty(); }
 
+  /// Elements have stress-free shapes of their own: these go with add(), and the kernel wants them for X.
+  bool own_reference() const { return kernel_ && choice_.prestressed && !choice_.of_shape; }
+  /// Of one of them, node 0 at the origin.
+  HexCoords reference(int e) const;
+  /// What brings one of them that has this stress at X to its stress-free shape.
+  Mat3 stress_free_map(const Mat3 &sigma) const;
+
   /// No elements; memory is kept for those to come.
   void clear();
   /// \param history  history_size() doubles that outlive the table; null if that is 0
-  void add(const std::array<int, 8> &nodes, double *history);
+  /// \param stress_free  shape, if own_reference()
+  void add(const std::array<int, 8> &nodes, double *history,
+           const HexCoords *stress_free = nullptr);
   /// After the last one: gives back memory that is far too much, and bounds are 0.
   void finish();
 
@@ -84,8 +100,16 @@ class ElementBatch {
   std::vector<double> bound_;
   std::vector<double *> history_;    // empty if the material has none
   std::vector<double> energy_;
+  // with own_reference(): stress-free positions, and positions and forces of each element's nodes for itself
+  std::vector<double> own_X_, own_x_, own_f_;
+  std::vector<std::array<int, 8>> own_node_;
 
-  const int (*flat() const)[8] { return reinterpret_cast<const int(*)[8]>(node_.data()); }
+  void make_prestressed_kernel(const MaterialLaw &);
+  void add_forces(const double *x, const double *X, double *f, const HexKernel::Output &);
+  static const int (*flat(const std::vector<std::array<int, 8>> &list))[8]
+  {
+    return reinterpret_cast<const int(*)[8]>(list.data());
+  }
 };
 
 }    // namespace defe::fe
