@@ -25,6 +25,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 using namespace LAMMPS_NS;
 using defe::Vec3;
@@ -46,6 +47,7 @@ struct DefeConversion::Draft {
     defe::NewDE de;
     DERecord record;
     double strength;    // by its flaws
+    std::optional<defe::Mat3> prestress;
     tagint tag, node;
     int part;
     imageint image;
@@ -238,7 +240,7 @@ void DefeConversion::convert()
   sys.surface.ball_shares(*c.plan, c.from_balls);
   for (const auto &o : c.own) {    // strain energy before
     HexCoords xe, Xe;
-    sys.elements.coords(o.idx->data(), xe, Xe);
+    sys.elements.kernel_coords(*o.hex, o.idx->data(), xe, Xe);
     sys.ledger.conv_strain += o.kernel->energy(xe, Xe);
   }
   ties_to_joints(*c.plan);
@@ -403,10 +405,12 @@ void DefeConversion::add_births(Draft &c, const Own &o)
   }
   const auto planned = c.plan->births(*o.planned, neighbors, eight);
   const auto strengths = sys.strengths.of_corners(idx[0], h);
+  const defe::Mat3 *prestress = sys.prestress.of_element(idx[0], h);
   for (int k = 0; k < 8; k++) {
     Draft::Birth birth;
     birth.de = eight[k];
     birth.strength = strengths[k];
+    if (prestress) birth.prestress = *prestress;
     birth.part = h.part;
     birth.node = h.node[k];
     birth.image = atom->image[idx[0]];    // positions are in the frame of that node
@@ -502,6 +506,7 @@ bigint DefeConversion::remove_converted(const Draft &c)
       return h.id == o.planned->id;
     }));
     sys.strengths.remove((*o.idx)[0], o.planned->id);
+    sys.prestress.remove((*o.idx)[0], o.planned->id);
   }
   return delete_nodes();
 }
@@ -589,6 +594,7 @@ void DefeConversion::create_des(const Draft &c)
     sys.store.set_reference(i, ref);
     sys.store.set_de(i, b.record);
     sys.strengths.set_de(i, b.strength);
+    if (b.prestress) sys.prestress.set_de(i, *b.prestress);
     sys.store.contacts_at(i).fresh = true;
     const DefeSurface::BallShare first{b.record.element, b.node, 0, 0.0, 0.0};
     auto share = std::lower_bound(

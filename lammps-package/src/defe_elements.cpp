@@ -65,7 +65,7 @@ void DefeElements::add(HexRecord &h, const std::array<int, 8> &idx)
     HexCoords X;
     for (int a = 0; a < 8; a++)
       for (int k = 0; k < 3; k++) X(k, a) = sys.store.x_frame(idx[a])[k];
-    h.kernel = batch_of(h.part, X);
+    h.kernel = batch_of(h.part, X, sys.prestress.of_element(idx[0], h));
   }
   DefeBatch &b = all[h.kernel];
   if (std::any_of(std::begin(h.nb), std::end(h.nb), [](tagint nb) {
@@ -79,7 +79,12 @@ void DefeElements::add(HexRecord &h, const std::array<int, 8> &idx)
     list.resize(b.history_size(), 0.0);
     history = list.data();
   }
-  b.add(idx, history);
+  if (b.own_reference()) {
+    HexCoords x, X;
+    kernel_coords(h, idx.data(), x, X);
+    b.add(idx, history, &X);
+  } else
+    b.add(idx, history);
   b.hex.push_back(&h);
 }
 
@@ -161,6 +166,15 @@ void DefeElements::coords(const int *idx, HexCoords &x, HexCoords &X) const
     }
 }
 
+void DefeElements::kernel_coords(const HexRecord &h, const int *idx, HexCoords &x,
+                                 HexCoords &X) const
+{
+  coords(idx, x, X);
+  if (h.kernel < 0 || !all[h.kernel].own_reference()) return;
+  const Mat3 &map = sys.prestress.map_of_element(idx[0], h, all[h.kernel]);
+  X = (map * (X.colwise() - X.col(0))).eval();
+}
+
 bool DefeElements::local_hex(const HexRecord &h, int anchor, int *idx) const
 {
   const bool images = atom->nghost > 0;
@@ -177,11 +191,13 @@ bool DefeElements::local_hex(const HexRecord &h, int anchor, int *idx) const
    boxes of one shape and part share a kernel; all other shapes the Lagrangian one of their part
 ------------------------------------------------------------------------- */
 
-int DefeElements::batch_of(int part, const HexCoords &X)
+int DefeElements::batch_of(int part, const HexCoords &X, const Mat3 *prestress)
 {
   const DefePart &p = sys.model.parts[part];
   const auto &law = *sys.model.material_of(p).law;
-  const defe::fe::KernelChoice choice(law, X, {sys.model.force_lagrangian, sys.model.reproducible});
+  const bool own_stress = p.prestress.kind == defe::PrestressRule::VARIABLES;
+  const defe::fe::KernelChoice choice(
+      law, X, {sys.model.force_lagrangian, sys.model.reproducible, own_stress}, prestress);
   const auto found = std::find_if(all.begin(), all.end(), [&](const DefeBatch &b) {
     return b.takes(part, choice);
   });
@@ -263,7 +279,7 @@ void DefeElements::centre_stress(const HexRecord &h, double *centre, double *str
   s1 = 0.0;
   if (anchor < 0 || !local_hex(h, anchor, idx)) return;
   HexCoords x, X;
-  coords(idx, x, X);
+  kernel_coords(h, idx, x, X);
   for (int k = 0; k < 3; k++) centre[k] = x.row(k).mean();
   if (sys.model.material_of(sys.model.parts[h.part]).rigid() || h.kernel < 0) return;
   const bool virgin = !h.extra || h.extra->history.empty();
@@ -326,7 +342,7 @@ double DefeElements::largest_stress() const
     for (int e = 0; e < b.size(); e++) {
       if (bounded && b.bound(e) <= s1) continue;
       HexCoords x, X;
-      coords(b.nodes(e).data(), x, X);
+      kernel_coords(*b.hex[e], b.nodes(e).data(), x, X);
       s1 = MAX(s1, defe::fe::max_principal(b.kernel().stress(x, X, Vec3::Zero())));
     }
   }

@@ -54,6 +54,9 @@ class DefeElements : protected DefeComponent {
   bool local_hex(const HexRecord &, int anchor, int *idx) const;
   /** Current and reference coordinates of the nodes of an element, from local indices. */
   void coords(const int *idx, defe::fe::HexCoords &x, defe::fe::HexCoords &X) const;
+  /** The same as its kernel wants them: of a body with a prestress the stress-free shape. */
+  void kernel_coords(const HexRecord &, const int *idx, defe::fe::HexCoords &x,
+                     defe::fe::HexCoords &X) const;
   /** Of one owned element, for output. */
   void centre_stress(const HexRecord &, double *centre, double *stress6, double &s1) const;
   defe::fe::PlasticState plastic_state(const HexRecord &) const;
@@ -75,7 +78,7 @@ class DefeElements : protected DefeComponent {
   int history_read = 0;
 
   void clear();
-  int batch_of(int part, const defe::fe::HexCoords &X);
+  int batch_of(int part, const defe::fe::HexCoords &X, const defe::Mat3 *prestress);
   void add(HexRecord &, const std::array<int, 8> &idx);
   void stop_lost(const HexRecord &) const;
   void evaluate(double *f, double history_step, double *virial);

@@ -107,7 +107,7 @@ double DefeMarks::value_of(const DefeBatch &b, int e, Vec3 &direction) const
   const auto &criterion = *sys.model.parts[b.part()].criterion;
   const auto &kernel = b.kernel();
   HexCoords x, X;
-  sys.elements.coords(b.nodes(e).data(), x, X);
+  sys.elements.kernel_coords(*b.hex[e], b.nodes(e).data(), x, X);
   if (!sys.model.gauss_stress) return criterion.value(kernel.stress(x, X, Vec3::Zero()), direction);
   double largest = -1.0e300;
   for (const auto &xi : defe::fe::gauss_points()) {

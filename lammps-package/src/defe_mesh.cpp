@@ -140,6 +140,7 @@ void DefeMesh::build()
   DefeMeshDraft mesh;
   collect(mesh);
   make_directory(mesh);
+  sys.prestress.mesh_made();
   measure(mesh);
   add_masses(mesh);
   find_neighbours(mesh);
@@ -324,9 +325,10 @@ void DefeMesh::reduce(const defe::MeshMeasure &measure)
   MPI_Allreduce(most, most_of_all, 3, MPI_DOUBLE, MPI_MAX, world);
   for (int k = 0; k < 3; k++)
     if (least_of_all[k] >= 1.0e300) least_of_all[k] = 0.0;
-  now.dt_finite = least_of_all[0];
-  now.dt_discrete = least_of_all[1];
-  now.dt_joints = least_of_all[2];
+  const double smaller = sys.prestress.step_factor();
+  now.dt_finite = smaller * least_of_all[0];
+  now.dt_discrete = smaller * least_of_all[1];
+  now.dt_joints = smaller * least_of_all[2];
   now.max_step_length = 0.25 * least_of_all[3];
   now.max_diagonal = most_of_all[0];
   now.max_facet = most_of_all[1];

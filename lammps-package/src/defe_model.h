@@ -10,6 +10,7 @@
 #include "defe/coupling/corner_strain.h"
 #include "defe/coupling/criterion.h"
 #include "defe/coupling/joint_laws.h"
+#include "defe/coupling/prestress_rule.h"
 #include "defe/coupling/strength_field.h"
 #include "defe/fe/material_law.h"
 
@@ -37,10 +38,11 @@ struct DefePart {
       criterion_words;    // name and numbers; of the largest principal stress the number alone
   double stress = 0.0;    // in uniaxial tension, at which elements convert
   defe::StrengthField strength;    // of its flaws
-  int type = 0;                    // atom type of its DEs
-  int group = 0;                   // group its DEs join
-  double shield_time = 0.0;        // tau = 3 h / c_d, from the mean element size
-  std::string start;               // region converted at step 0, "all", or empty
+  defe::PrestressRule prestress;
+  int type = 0;                // atom type of its DEs
+  int group = 0;               // group its DEs join
+  double shield_time = 0.0;    // tau = 3 h / c_d, from the mean element size
+  std::string start;           // region converted at step 0, "all", or empty
 };
 
 /** What the fix command says. Values only: defe_options.cpp reads them. */

@@ -40,6 +40,8 @@ void DefeOptions::read()
       read_convert();
     else if (key == "strength")
       read_strength();
+    else if (key == "prestress")
+      read_prestress();
     else if (key == "adhesive")
       read_adhesive();
     else if (key == "contact")
@@ -64,8 +66,9 @@ void DefeOptions::read()
       iarg += 2;
     } else
       error->all(FLERR,
-                 "Unknown fix defe keyword {}: use material, part, convert, strength, adhesive, "
-                 "contact, shield, stress, kernel, every, collect, check, reproducible or events",
+                 "Unknown fix defe keyword {}: use material, part, convert, strength, prestress, "
+                 "adhesive, contact, shield, stress, kernel, every, collect, check, reproducible "
+                 "or events",
                  key);
   }
   finish();
@@ -253,6 +256,25 @@ void DefeOptions::read_strength()
   iarg += 2 + parsed.used;
 }
 
+/* ----------------------------------------------------------------------
+   stress before any load
+------------------------------------------------------------------------- */
+
+void DefeOptions::read_prestress()
+{
+  need(3, "prestress");
+  const int ip = sys.model.find_part(arg[iarg + 1]);
+  if (ip < 0)
+    error->all(FLERR, "Fix defe prestress: unknown part {}: define it before", arg[iarg + 1]);
+  DefePart &p = sys.model.parts[ip];
+  if (p.prestress.given()) error->all(FLERR, "Fix defe prestress {} is given twice", p.name);
+  const auto parsed = defe::parse_prestress(std::vector<std::string>(arg + iarg + 2, arg + narg));
+  if (!parsed.complaint.empty())
+    error->all(FLERR, "Fix defe prestress {}: {}", p.name, parsed.complaint);
+  p.prestress = parsed.rule;
+  iarg += 2 + parsed.used;
+}
+
 void DefeOptions::read_adhesive()
 {
   need(6, "adhesive");
@@ -357,7 +379,9 @@ void DefeOptions::finish()
   check_numbers_as_names();
   check_adhesives();
   check_strengths();
+  check_prestress();
   sys.strengths.begin();
+  sys.prestress.begin();
   for (const auto &p : sys.model.parts) {
     const auto &m = sys.model.material_of(p);
     sys.model.corner_moduli.push_back(
@@ -408,6 +432,16 @@ void DefeOptions::check_adhesives() const
                  "convert have their strength by pair_coeff cohesive",
                  parts[a.part].name, parts[a.base].name);
   }
+}
+
+void DefeOptions::check_prestress() const
+{
+  for (const auto &p : sys.model.parts)
+    if (p.prestress.given() && !sys.model.material_of(p).law->linear())
+      error->all(FLERR,
+                 "Fix defe prestress {}: only parts of the law elastic can have a stress before "
+                 "any load, its material is '{}'",
+                 p.name, sys.model.material_of(p).words);
 }
 
 /* ----------------------------------------------------------------------

@@ -40,6 +40,7 @@ class DefeOptions : protected DefeComponent {
   void read_criterion(DefePart &);
   void read_des(DefePart &);
   void read_strength();
+  void read_prestress();
   void read_adhesive();
   void read_contact();
   void read_every();
@@ -50,6 +51,7 @@ class DefeOptions : protected DefeComponent {
   void check_numbers_as_names() const;
   void check_adhesives() const;
   void check_strengths() const;
+  void check_prestress() const;
 };
 
 }    // namespace LAMMPS_NS

@@ -40,6 +40,8 @@ DefeScript::Settings DefeScript::settings() const
       s["strength " + p.name + (f.surface.empty() ? "" : " surface " + f.surface)] = f.words();
   for (const auto &p : sys.model.parts)
     if (p.strength.growth.on()) s["strength " + p.name + " rate"] = p.strength.growth.words();
+  for (const auto &p : sys.model.parts)
+    if (p.prestress.given()) s["prestress " + p.name] = p.prestress.words();
   for (const auto &a : sys.model.adhesives)
     s["adhesive " + sys.model.parts[a.part].name + " " + sys.model.parts[a.base].name] =
         fmt::format("{} {} {}", a.law.sigma_t, a.law.G_f, a.law.beta) +
@@ -106,6 +108,7 @@ std::string DefeScript::unpack(const char *data, size_t bytes)
   Settings before;
   for (size_t k = 0; k + 1 < lines.size(); k += 2) before[lines[k]] = lines[k + 1];
   check_strengths(before);
+  check_prestress(before);
   note_changes(before);
   return get_text();
 }
@@ -143,6 +146,26 @@ void DefeScript::check_strengths(const Settings &before) const
                "Fix defe had {} in the restart file and has {} now: strengths are drawn once for "
                "all, give them as before",
                was, is);
+}
+
+/* ----------------------------------------------------------------------
+   so is the stress before any load
+------------------------------------------------------------------------- */
+
+void DefeScript::check_prestress(const Settings &before) const
+{
+  const auto now = settings();
+  for (const auto &p : sys.model.parts) {
+    const auto of = [&p](const Settings &s) {
+      const auto found = s.find("prestress " + p.name);
+      return found == s.end() ? "no prestress" : "prestress " + found->second;
+    };
+    if (of(before) != of(now))
+      error->all(FLERR,
+                 "Fix defe part {} had {} in the restart file and has {} now: the stress before "
+                 "any load is found once, with the mesh, give it as before",
+                 p.name, of(before), of(now));
+  }
 }
 
 void DefeScript::note_changes(const Settings &before) const

@@ -28,6 +28,7 @@ class DefeScript : protected DefeComponent {
   Settings settings() const;
   void check_parts(const std::string &of_file) const;
   void check_strengths(const Settings &before) const;
+  void check_prestress(const Settings &before) const;
   void note_changes(const Settings &before) const;
 };
 

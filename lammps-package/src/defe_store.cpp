@@ -284,6 +284,7 @@ void DefeStore::clear(int i)
   contacts.of[i].reset();
   sys.kept.clear(i);
   sys.strengths.clear(i);
+  sys.prestress.clear(i);
   if (update->whichflag == 1 && !sys.ids.giving_birth()) sys.ids.register_newcomer(i);
 
   // read_data sets the arrays of new atoms after it has read the sections: keep the elements
@@ -305,6 +306,7 @@ void DefeStore::forget(int i)
   des.of[i].reset();
   contacts.of[i].reset();
   sys.strengths.clear(i);
+  sys.prestress.clear(i);
 }
 
 void DefeStore::set_reference(int i, const double *x)

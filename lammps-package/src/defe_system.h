@@ -27,6 +27,7 @@
 #include "defe_model.h"
 #include "defe_notes.h"
 #include "defe_picture.h"
+#include "defe_prestress.h"
 #include "defe_restart.h"
 #include "defe_script.h"
 #include "defe_store.h"
@@ -63,6 +64,7 @@ struct DefeSystem {
   DefeStore store;    // of atoms
   DefeKept kept;
   DefeStrengths strengths;
+  DefePrestress prestress;
   DefeIds ids;
   DefeCensus census;
 

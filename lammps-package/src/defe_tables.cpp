@@ -112,6 +112,7 @@ void DefeTables::build_joints()
     Draft draft;
     defe::GeneralCell cell;
     draft_cell(i, draft, cell);
+    if (sys.prestress.on()) make_stress_free(draft, cell);
     if (defe::is_orthogonal(cell))
       ortho.push_back(draft);
     else {
@@ -159,6 +160,20 @@ void DefeTables::draft_cell(int i, Draft &draft, defe::GeneralCell &cell)
   }
 }
 
+/* ----------------------------------------------------------------------
+   what a DE's corners measure strain from, if its body has a stress before any load
+------------------------------------------------------------------------- */
+
+void DefeTables::make_stress_free(Draft &draft, defe::GeneralCell &cell)
+{
+  draft.stress_free = sys.prestress.map_of_de(draft.atom);
+  cell = defe::stress_free_cell(cell, draft.stress_free);
+  for (int s = 0; s < 6; s++) {
+    draft.half[s] = cell.face[s].norm();
+    draft.len[s] = cell.dX[s].squaredNorm() > 0.0 ? cell.dX[s].norm() : draft.half[s];
+  }
+}
+
 void DefeTables::list_des(const std::vector<Draft> &ortho, const std::vector<Draft> &general)
 {
   auto &jt = sys.joints;
@@ -174,6 +189,7 @@ void DefeTables::list_des(const std::vector<Draft> &ortho, const std::vector<Dra
       jt.nb.push_back(c.nb);
       jt.len.push_back(c.len);
       jt.half.push_back(c.half);
+      if (sys.prestress.on()) jt.stress_free.push_back(c.stress_free);
     }
   for (int i = atom->nlocal; i < atom->nlocal + atom->nghost; i++)
     if (outer.reach[i] > 0.0) {

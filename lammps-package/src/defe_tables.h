@@ -40,10 +40,12 @@ class DefeTables : protected DefeComponent {
     int atom;
     std::array<int, 6> nb;
     std::array<double, 6> len, half;
+    defe::Mat3 stress_free;    // only if some part has a prestress
   };
   void update_frames();
   void build_joints();
   void draft_cell(int i, Draft &, defe::GeneralCell &);
+  void make_stress_free(Draft &, defe::GeneralCell &);
   void list_des(const std::vector<Draft> &ortho, const std::vector<Draft> &general);
   void fill_slots(int d);
   void add_tie(int d, int s);

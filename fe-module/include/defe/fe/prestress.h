@@ -51,7 +51,8 @@ struct ParabolaStress {
   int axis;    ///< across the pane: 0, 1, 2
   double lower, upper, surface;
 
-  /// Mean over an element, by 2 x 2 x 2 Gauss points: exact for layers that lie flat in the pane.
+  /// Mean over the 2 x 2 x 2 Gauss points. In layers that lie flat in the pane it is that of the parabola over the layer,
+  /// the same for all their elements, whatever shape these have in the plane.
   Mat3 over(const HexCoords &X) const;
 };
 
