@@ -31,11 +31,11 @@ def start(*options):
     Raises InputError: no module or library of LAMMPS, no plugin, a plugin of another LAMMPS."""
     plugin = plugin_path()
     try:
-        import lammps
+        from lammps import lammps
     except ImportError:
         raise InputError(f"LAMMPS' Python module is not on Python's path: {REMEDY}") from None
     try:
-        lmp = lammps.lammps(cmdargs=[str(option) for option in options])
+        lmp = lammps(cmdargs=[str(option) for option in options])
     except OSError as error:
         raise InputError(f"LAMMPS' shared library cannot be loaded ({error}): {REMEDY}") from None
     lmp.command(f"plugin load {plugin}")

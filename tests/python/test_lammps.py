@@ -106,6 +106,10 @@ class Lammps(unittest.TestCase):
         self.assertIn("no defeplugin.so on Python's path", self.code("defe.start()", path=SOURCE / "python", fails=True))
         self.assertIn("LAMMPS' Python module is not on Python's path",
                       self.code("defe.start()", path=SOURCE / "python", fails=True, DEFE_PLUGIN=str(PLUGIN)))
+        (self.folder / "lammps").mkdir()    # a folder of that name is no module
+        self.assertIn("LAMMPS' Python module is not on Python's path",
+                      self.code("defe.start()", path=f"{self.folder}:{SOURCE / 'python'}", fails=True, DEFE_PLUGIN=str(PLUGIN)))
+        (self.folder / "lammps").rmdir()
         self.assertIn("there is no such plugin", self.code("defe.start()", fails=True, DEFE_PLUGIN="/none.so"))
         (self.folder / "empty.so").write_text("")
         self.assertIn("empty.so: LAMMPS does not take it",
