@@ -4,6 +4,7 @@
 import contextlib
 import io
 import math
+import re
 import sys
 import tempfile
 import unittest
@@ -12,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
+SOURCE = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(SOURCE / "python"))
 import defe  # noqa: E402
 
 EVENTS = """# DEFE events: run ca4e0b23fa7e92f1, mesh of 20 elements with checksum 52a1e33c0a4a81d5
@@ -101,6 +103,19 @@ class Files(unittest.TestCase):
             self.refuse(read, self.folder, "is a folder")
         (self.folder / "binary").write_bytes(b"\xff\xfe\x00")
         self.refuse(defe.read_events, self.folder / "binary", "not a text file")
+
+
+class Names(unittest.TestCase):
+    """Those of the package are those of the code."""
+
+    def test_entries(self):
+        source = (SOURCE / "coupling" / "src" / "ledger.cpp").read_text()
+        table = re.findall(r'^    \{"[^"]*", "(\w+)", "\w*", -?\d,', source, re.M)
+        self.assertEqual(defe.ENTRIES, table)
+
+    def test_kinds_of_events(self):
+        source = (SOURCE / "coupling" / "src" / "event_log.cpp").read_text()
+        self.assertEqual(list(defe.KINDS), re.findall(r'"(\w+)"', re.search(r"names\[\] = \{(.*?)\}", source, re.S)[1]))
 
 
 class Events(Files):
