@@ -105,7 +105,7 @@ TEST(OnePart, ArmsOfABentStripMeetAndPart)
 {
   for (const int layers : {1, 2}) {
     Scene s;
-    s.dt = 2e-8;
+    s.dt = 1.5e-8;
     const double h = 1e-3, r = (0.6 + 0.5 * layers) * h, arm = 8e-3, bend = M_PI * r;
     const int n = static_cast<int>((2 * arm + bend) / h);
     s.add("glass", 1, {n, layers, 3}, h, [&](const Vec3 &at) {
@@ -125,7 +125,7 @@ TEST(OnePart, ArmsOfABentStripMeetAndPart)
                  "region down block INF -0.006 INF 0 INF INF\ngroup down region down\n"
                  "compute upper up reduce min y\ncompute lower down reduce max y\n"
                  "fix between all vector 10 c_upper c_lower");
-    const Flight f = fly(lmp, 6000);
+    const Flight f = fly(lmp, 9000);
     expect_conserved(f);
     EXPECT_EQ(f.left, 0.0);
     auto *between = lmp->modify->get_fix_by_id("between");
@@ -452,8 +452,13 @@ TEST(Conversions, UnderABall)
 // before: they were taken for a new, deep contact, and what they stored came back (0.44 %) when theirs converted.
 TEST(Conversions, UnderARam)
 {
-  for (const auto &[law, dt] : {std::pair("lattice", 6e-8), {"lattice", 3e-8}, {"", 3e-8}}) {
-    SCOPED_TRACE(law + number(dt));
+  // Plain elements lose energy when they convert. Enhanced ones that are bent may gain a little (test_cpl_conversion.cpp), so that
+  // only the balance, which knows it, can say that contact brings none.
+  for (const auto &[law, dt, type] : {std::tuple("lattice", 6e-8, "plain"),
+                                      {"lattice", 3e-8, "plain"},
+                                      {"", 3e-8, "plain"},
+                                      {"", 3e-8, "enhanced"}}) {
+    SCOPED_TRACE(law + number(dt) + type);
     Lammps lmp;
     lmp.commands(std::string(script_head() + R"(
     region box block -0.01 0.01 -0.008 0.012 -0.008 0.012
@@ -463,7 +468,8 @@ TEST(Conversions, UnderARam)
     pair_coeff 2 2 connective material cohesive 33e6 10 0.1 )") +
                  law + R"( contact 0.9 0.2
     group particles empty
-    fix fe all defe material glass elastic 74e9 0.2 2500 material ram rigid 2e5 &
+    fix fe all defe material glass elastic 74e9 0.2 2500 )" +
+                 type + R"( material ram rigid 2e5 &
       convert glass 30e6 type 2 group particles start notch contact 0.2 friction 0.1
     create_hexes fe glass 1 x -0.006 6 0.006 y 0 2 0.004 z 0 2 0.004
     create_hexes fe ram 3 x -0.002 1 0.002 y 0.004 1 0.008 z 0 1 0.004
@@ -495,6 +501,6 @@ TEST(Conversions, UnderARam)
     EXPECT_EQ(lmp.fe(CONVERTED), 24);    // the last four of them under the ram
     EXPECT_GT(*std::max_element(contact.begin(), contact.end()), 0.02 * energy0);
     EXPECT_LT(largest_deviation(lmp.recorded(1)), 3e-4 * energy0);
-    EXPECT_LT(rise, 1e-4 * energy0);
+    if (type == std::string("plain")) { EXPECT_LT(rise, 1e-4 * energy0); }
   }
 }

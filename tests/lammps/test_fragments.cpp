@@ -238,7 +238,7 @@ TEST(Fragments, CollidingInFlight)
       const Vec3 x = begin.at(p.tag).x;
       const double side = x[1] > -5e-6 ? 1.0 : -1.0;
       p.v = flight + Vec3(2.0, -5.0 * side, 1.25) + Vec3(0.0, 600.0 * side, 300.0).cross(x) +
-          0.05 * random_of(p.tag, 2);
+          0.05 * random_of(p.tag, 10);
     });
     lmp.run(0);
     const Constants first(lmp);
