@@ -38,7 +38,7 @@ set(DEFE_DATA "${data}")
 set(DEFE_DOCS "${docs}")
 configure_file(tools/defe-config.in "${generated}/bin/defe-config" @ONLY)
 install(PROGRAMS "${generated}/bin/defe-config" DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT tools)
-install(PROGRAMS tools/mesh2data tools/layers2data tools/mpirun.sh tools/install-deps.sh
+install(PROGRAMS tools/mesh2data tools/layers2data tools/elements2stl tools/mpirun.sh tools/install-deps.sh
   DESTINATION "${data}/tools" COMPONENT tools)
 install(FILES tools/common.sh tools/paraview_scene.py DESTINATION "${data}/tools" COMPONENT tools)
 install(DIRECTORY python DESTINATION "${data}" COMPONENT tools FILES_MATCHING PATTERN "*.py" PATTERN "*.md"

@@ -28,37 +28,26 @@ using namespace LAMMPS_NS;
 ComputeDefeJointLocal::ComputeDefeJointLocal(LAMMPS *lmp, int narg, char **arg) :
     Compute(lmp, narg, arg)
 {
-  static const std::map<std::string, Quantity> names = {{"id1", ID1},
-                                                        {"id2", ID2},
-                                                        {"kind", KIND},
-                                                        {"state", STATE},
-                                                        {"part", PART},
-                                                        {"damage", DAMAGE},
-                                                        {"opening", OPENING},
-                                                        {"slip", SLIP},
-                                                        {"tn", TN},
-                                                        {"ts", TS},
-                                                        {"x", X},
-                                                        {"y", Y},
-                                                        {"z", Z},
-                                                        {"nx", NX},
-                                                        {"ny", NY},
-                                                        {"nz", NZ},
-                                                        {"area", AREA},
-                                                        {"length", LENGTH},
-                                                        {"length0", LENGTH0}};
+  static const std::map<std::string, Quantity> names = {
+      {"id1", ID1},     {"id2", ID2},   {"atom2", ATOM2},   {"kind", KIND},
+      {"state", STATE}, {"part", PART}, {"damage", DAMAGE}, {"opening", OPENING},
+      {"slip", SLIP},   {"tn", TN},     {"ts", TS},         {"x", X},
+      {"y", Y},         {"z", Z},       {"nx", NX},         {"ny", NY},
+      {"nz", NZ},       {"area", AREA}, {"length", LENGTH}, {"length0", LENGTH0}};
   if (narg < 4) utils::missing_cmd_args(FLERR, "compute defe/joint/local", error);
   for (int k = 3; k < narg; k++) {
     auto found = names.find(arg[k]);
     if (found == names.end())
-      error->all(FLERR,
-                 "Unknown compute defe/joint/local quantity {}: use id1, id2, kind, state, part, "
-                 "damage, opening, slip, tn, ts, x, y, z, nx, ny, nz, area, length or length0",
-                 arg[k]);
+      error->all(
+          FLERR,
+          "Unknown compute defe/joint/local quantity {}: use id1, id2, atom2, kind, state, part, "
+          "damage, opening, slip, tn, ts, x, y, z, nx, ny, nz, area, length or length0",
+          arg[k]);
     what.push_back(found->second);
     switch (found->second) {
       case ID1:
       case ID2:
+      case ATOM2:
       case KIND:
       case STATE:
       case PART:
@@ -156,6 +145,8 @@ double ComputeDefeJointLocal::value_of(Quantity q, int d, int s, const defe::Joi
       return static_cast<double>(atom->tag[jt.self[d]]);
     case ID2:
       return static_cast<double>(slot.other);
+    case ATOM2:
+      return static_cast<double>(slot.kind == DefeJoint::TIE ? slot.face_node[0] : slot.other);
     case KIND:
       return slot.kind;
     case STATE:

@@ -35,6 +35,7 @@ class ComputeDefeJointLocal : public Compute {
   enum Quantity {
     ID1,
     ID2,
+    ATOM2,
     KIND,
     STATE,
     PART,

@@ -107,9 +107,20 @@ TEST(JointLocal, TractionIsThatOfTheContinuum)
   any << 1.006, 0.004, -0.002, 0.0, 0.998, 0.003, 0.001, 0.0, 1.003;
   for (const Mat3 &F : {uniaxial, any}) {
     Lammps lmp;
-    lmp.commands(block.script() + everything);
+    lmp.commands(block.script() + everything +
+                 "compute ends all defe/joint/local id1 id2 kind atom2\n");
     lmp.run(0);
     const Particles begin = lmp.particles();
+    for (const auto &row : lmp.local("ends")) {
+      if (row[2] == 1.0) {
+        EXPECT_EQ(row[3], row[1]);
+        continue;
+      }
+      // the corner of the cube that the DE stands for, of h/2
+      const Vec3 out = begin.at(row[3]).x - begin.at(row[0]).x;
+      EXPECT_LT((out.cwiseAbs() - Vec3::Constant(0.25 * block.h)).norm(), 1e-15) << row[0];
+      EXPECT_EQ(begin.at(row[3]).radius, 0.0);
+    }
     const Vec3 c = block.centre();
     lmp.change([&](Particle &p) {
       p.x = c + F * (p.x - c);

@@ -22,8 +22,8 @@ from pathlib import Path
 SOURCE = Path(__file__).resolve().parent.parent.parent
 DOC = SOURCE / "lammps-package" / "doc"
 # words of a command that say which of its kind it is
-NAMED_BY = {"fix": 2, "group": 2, "region": 2, "compute": 2, "variable": 2, "dump": 2, "velocity": 2, "create_hexes": 3,
-            "pair_coeff": 3, "create_atoms": 2, "set": 3}
+NAMED_BY = {"fix": 2, "group": 2, "region": 2, "compute": 2, "variable": 2, "dump": 2, "dump_modify": 2,
+            "velocity": 2, "create_hexes": 3, "pair_coeff": 3, "create_atoms": 2, "set": 3}
 
 
 def blocks(page):
@@ -141,6 +141,16 @@ class Howto(unittest.TestCase):
         self.assertGreater(said, 8)
         self.assertEqual(set(scripts), {"in.bar", "in.pane"})
         self.assertEqual(len(list(here.folder.glob("bar.*.ppm"))), 6)
+
+        # what OVITO asks for: particles at both ends of each bond
+        def entries(file):
+            return [list(map(float, line.split())) for line in (here.folder / file).read_text().splitlines()[9:]]
+        ids = {row[0] for row in entries("bar.atoms.1000.dump")}
+        bonds = entries("bar.joints.1000.dump")
+        self.assertGreater(len(bonds), 100)
+        self.assertEqual({row[2] for row in bonds}, {1, 2})
+        self.assertLessEqual({end for row in bonds for end in row[:2]}, ids)
+        self.assertIn("ITEM: NUMBER OF BONDS\n", (here.folder / "bar.joints.1000.dump").read_text())
 
     def same(self, row, measured):
         """Rounding decides on single joints late in a run, and processors differ by it."""

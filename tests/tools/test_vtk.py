@@ -19,6 +19,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersCore import vtkGlyph3D, vtkThreshold
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkIOGeometry import vtkSTLReader
 from vtkmodules.vtkIOHDF import vtkHDFReader
 from vtkmodules.vtkIOImage import vtkPNGWriter
 from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter
@@ -135,6 +136,24 @@ class Vtk(unittest.TestCase):
             c = x[[ids.GetId(k) for k in range(8)]]
             self.assertAlmostEqual(np.linalg.det([c[1] - c[0], c[3] - c[0], c[4] - c[0]]) / 8e-9, 1.0, places=2)
         self.assertEqual(len(set(values(grid.GetPointData(), "node"))), grid.GetNumberOfPoints())
+
+    def test_outer_faces_for_ovito(self):
+        def run(base):
+            return subprocess.run([sys.executable, str(SOURCE / "tools/elements2stl"), base], cwd=self.folder,
+                                  stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+        done = run("beam")
+        self.assertEqual((done.returncode, done.stdout), (0, "beam_faces.*.stl: 5 steps\n"))
+        reader = vtkSTLReader()
+        reader.SetFileName(str(self.folder / "beam_faces.0.stl"))
+        reader.Update()
+        # all sides of 16 x 5 x 2 elements, two triangles each
+        self.assertEqual(reader.GetOutput().GetNumberOfCells(), 2 * 2 * (16 * 5 + 16 * 2 + 5 * 2))
+        np.testing.assert_allclose(reader.GetOutput().GetBounds(), (0, 0.032, 0, 0.01, 0, 0.004), atol=1e-8)
+        self.assertGreater((self.folder / "beam_faces.200.stl").stat().st_size, 10000)
+        failed = run("bim")
+        self.assertNotEqual(failed.returncode, 0)
+        self.assertRegex(failed.stdout, r"\Aelements2stl: cannot read bim_elements.hdf.series: No such file.*\n\Z")
 
     @unittest.skipUnless(os.environ.get("DISPLAY") or shutil.which("Xvfb"), "no X server and no Xvfb (tools/install-deps.sh vtk)")
     def test_picture(self):
