@@ -28,7 +28,8 @@ namespace {
     Plastic m = elastic_part(words, complaint);
     m.yield = words.number("yield stress sigma_y");
     m.hardening = words.number("hardening modulus H");
-    if (words.optional({"kinematic"}) == 0) m.kinematic = words.number("kinematic hardening modulus H_k");
+    if (words.optional({"kinematic"}) == 0)
+      m.kinematic = words.number("kinematic hardening modulus H_k");
     return complaint.empty() ? Law::make(m, m.G, complaint) : nullptr;
   }
 

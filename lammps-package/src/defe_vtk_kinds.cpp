@@ -22,7 +22,6 @@
 #include <algorithm>
 
 using namespace LAMMPS_NS;
-using defe::VtkField;
 using defe::VtkGrid;
 
 /* ---------------------------------------------------------------------- */
@@ -61,23 +60,32 @@ bool DefeVtkKind::has(int field) const
   return std::find(chosen.begin(), chosen.end(), field) != chosen.end();
 }
 
-Compute *DefeVtkKind::add_compute(const std::string &group_name, const std::string &text)
+void DefeVtkKind::add_compute(const std::string &group_name, const std::string &text)
 {
-  computes.push_back(std::string(host->id) + "_" + name + std::to_string(computes.size()));
-  return modify->add_compute(computes.back() + " " + group_name + " " + text);
+  compute_ids.push_back(std::string(host->id) + "_" + name + std::to_string(compute_ids.size()));
+  modify->add_compute(compute_ids.back() + " " + group_name + " " + text);
 }
 
 void DefeVtkKind::delete_computes()
 {
-  for (const auto &id : computes)
+  for (const auto &id : compute_ids)
     if (modify->get_compute_by_id(id)) modify->delete_compute(id);
-  computes.clear();
 }
 
-const double *const *DefeVtkKind::rows_of(Compute *compute) const
+void DefeVtkKind::init()
 {
-  compute->compute_local();
-  return compute->array_local;
+  sys = DefeSystem::find(lmp);
+  if (!sys) error->all(FLERR, "Fix defe/vtk needs a fix defe");
+  computes.clear();
+  for (const auto &id : compute_ids) {
+    auto *found = modify->get_compute_by_id(id);
+    if (!found)
+      error->all(FLERR,
+                 "Fix {} defe/vtk: its compute {} was deleted: define the fix again, or leave out "
+                 "the uncompute command",
+                 host->id, id);
+    computes.push_back(found);
+  }
 }
 
 bigint DefeVtkKind::before_me(size_t mine) const
@@ -114,9 +122,9 @@ const std::vector<DefeVtkKind::Field> &DefeVtkElements::fields() const
 
 void DefeVtkElements::add_computes()
 {
-  values = add_compute(group->names[host->igroup],
-                       "defe/hex/local x y z id part sxx syy szz sxy sxz syz s1 vonmises" +
-                           std::string(has(STRENGTH) ? " strength" : ""));
+  add_compute(group->names[host->igroup],
+              "defe/hex/local x y z id part sxx syy szz sxy sxz syz s1 vonmises" +
+                  std::string(has(STRENGTH) ? " strength" : ""));
 }
 
 /* ----------------------------------------------------------------------
@@ -125,7 +133,7 @@ void DefeVtkElements::add_computes()
 
 void DefeVtkElements::find_hexes(Region *region)
 {
-  const auto *rows = values->array_local;
+  const auto *rows = compute(0).array_local;
   hexes.clear();
   used.assign(atom->nlocal + atom->nghost, 0);
   int row = -1;
@@ -207,7 +215,8 @@ void DefeVtkElements::collect(Region *region, VtkGrid &grid)
     const auto &f = fields()[c];
     (c < CELLS ? grid.cell_fields : grid.point_fields).emplace_back(f.name, f.components, f.whole);
   }
-  const auto *rows = rows_of(values);
+  compute(0).compute_local();
+  const auto *rows = compute(0).array_local;
   find_hexes(region);
   add_nodes(grid);
   for (const auto &hex : hexes) {
@@ -257,9 +266,8 @@ const std::vector<DefeVtkKind::Field> &DefeVtkSpheres::fields() const
 
 void DefeVtkSpheres::add_computes()
 {
-  values = add_compute("all",
-                       "defe/atom damage element" + std::string(has(STRENGTH) ? " strength" : ""));
-  if (has(FRAGMENT)) fragments = add_compute("all", "defe/fragment/atom");
+  add_compute("all", "defe/atom damage element" + std::string(has(STRENGTH) ? " strength" : ""));
+  if (has(FRAGMENT)) add_compute("all", "defe/fragment/atom");
 }
 
 void DefeVtkSpheres::add_values(int i, VtkGrid &grid) const
@@ -279,16 +287,16 @@ void DefeVtkSpheres::add_values(int i, VtkGrid &grid) const
         f.add(de ? de->part + 1 : 0);
         break;
       case ELEMENT:
-        f.add(values->array_atom[i][1]);
+        f.add(compute(0).array_atom[i][1]);
         break;
       case RADIUS:
         f.add(atom->radius[i]);
         break;
       case DAMAGE:
-        f.add(values->array_atom[i][0]);
+        f.add(compute(0).array_atom[i][0]);
         break;
       case FRAGMENT:
-        f.add(fragments->vector_atom[i]);
+        f.add(compute(1).vector_atom[i]);
         break;
       case VELOCITY:
         f.add(atom->v[i]);
@@ -297,7 +305,7 @@ void DefeVtkSpheres::add_values(int i, VtkGrid &grid) const
         f.add(atom->omega[i]);
         break;
       case STRENGTH:
-        f.add(values->array_atom[i][2]);
+        f.add(compute(0).array_atom[i][2]);
         break;
     }
   }
@@ -309,8 +317,8 @@ void DefeVtkSpheres::collect(Region *region, VtkGrid &grid)
     const auto &f = fields()[c];
     grid.point_fields.emplace_back(f.name, f.components, f.whole);
   }
-  values->compute_peratom();
-  if (fragments) fragments->compute_peratom();
+  compute(0).compute_peratom();
+  if (has(FRAGMENT)) compute(1).compute_peratom();
   for (int i = 0; i < atom->nlocal; i++) {
     const double *x = atom->x[i];
     if (!(atom->mask[i] & host->groupbit) || atom->radius[i] == 0.0) continue;
@@ -342,7 +350,7 @@ void DefeVtkJoints::add_computes()
 {
   std::string text = "defe/joint/local x y z";    // and all fields, in their order
   for (const auto &f : fields()) text += std::string(" ") + f.name;
-  values = add_compute(group->names[host->igroup], text);
+  add_compute(group->names[host->igroup], text);
 }
 
 void DefeVtkJoints::collect(Region *region, VtkGrid &grid)
@@ -352,8 +360,9 @@ void DefeVtkJoints::collect(Region *region, VtkGrid &grid)
     const auto &f = fields()[c];
     grid.cell_fields.emplace_back(f.name, f.components, f.whole);
   }
-  const auto *rows = rows_of(values);
-  for (int r = 0; r < values->size_local_rows; r++) {
+  compute(0).compute_local();
+  const auto *rows = compute(0).array_local;
+  for (int r = 0; r < compute(0).size_local_rows; r++) {
     const double *row = rows[r];
     if (region && !region->match(row[0], row[1], row[2])) continue;
     const int i = atom->map(static_cast<tagint>(row[ID1]));

@@ -44,6 +44,8 @@ class DefeVtkKind : protected Pointers {
   /** After the choice. */
   virtual void add_computes() = 0;
   void delete_computes();
+  /** Before a run: fix defe may be another one than before, and computes can be deleted by the script. */
+  void init();
 
   /** Collective; what lies in the region, if there is one. */
   virtual void collect(Region *, defe::VtkGrid &) = 0;
@@ -55,17 +57,18 @@ class DefeVtkKind : protected Pointers {
 
  protected:
   Fix *const host;
-  DefeSystem *const sys;
+  DefeSystem *sys;
   std::vector<int> chosen;    // in fields()
 
   virtual const std::vector<Field> &fields() const = 0;
   bool has(int field) const;
-  Compute *add_compute(const std::string &group, const std::string &style_and_values);
-  const double *const *rows_of(Compute *) const;
-  bigint before_me(std::size_t mine) const;    // sum over the ranks before this one
+  void add_compute(const std::string &group, const std::string &style_and_values);
+  Compute &compute(int k) const { return *computes[k]; }    // in the order in which they were added
+  bigint before_me(std::size_t mine) const;                 // sum over the ranks before this one
 
  private:
-  std::vector<std::string> computes;
+  std::vector<std::string> compute_ids;
+  std::vector<Compute *> computes;    // of these IDs, of this run
 };
 
 /** Hexahedra, with the nodes that are theirs. A node is written by the rank that owns it. */
@@ -82,7 +85,6 @@ class DefeVtkElements : public DefeVtkKind {
 
  private:
   enum { ID, PART, STRESS, S1, VONMISES, STRENGTH, CELLS, NODE = CELLS, VELOCITY, DISPLACEMENT };
-  Compute *values = nullptr;
 
   struct Hex {
     int row;    // of the compute
@@ -108,7 +110,6 @@ class DefeVtkSpheres : public DefeVtkKind {
 
  private:
   enum { ID, TYPE, PART, ELEMENT, RADIUS, DAMAGE, FRAGMENT, VELOCITY, OMEGA, STRENGTH };
-  Compute *values = nullptr, *fragments = nullptr;
   const std::vector<Field> &fields() const override;
   void add_values(int i, defe::VtkGrid &) const;
 };
@@ -121,7 +122,6 @@ class DefeVtkJoints : public DefeVtkKind {
   void collect(Region *, defe::VtkGrid &) override;
 
  private:
-  Compute *values = nullptr;
   const std::vector<Field> &fields() const override;
 };
 

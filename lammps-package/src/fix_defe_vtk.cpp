@@ -143,6 +143,7 @@ int FixDefeVTK::setmask()
 
 void FixDefeVTK::init()
 {
+  for (const auto &k : kinds) k->init();
   if (region_id.empty()) return;
   region = domain->get_region_by_id(region_id);
   if (!region) error->all(FLERR, "Fix defe/vtk region {} does not exist", region_id);
@@ -166,10 +167,7 @@ void FixDefeVTK::write()
 {
   const bigint step = update->ntimestep;
   if (series->has(step)) return;    // the last run ended here
-  if (region) {
-    region->init();
-    region->prematch();
-  }
+  if (region) region->prematch();
   for (const auto &k : kinds) {
     active = k.get();
     defe::VtkGrid grid;

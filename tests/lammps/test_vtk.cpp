@@ -378,6 +378,8 @@ TEST(Vtk, WrongInputIsRefused)
               HasSubstr("fix vtk writes files a already"));
   EXPECT_THAT(failure(Block().header() + Block().box() + "fix vtk all defe/vtk 10 a"),
               HasSubstr("needs a fix defe, which must be defined before it"));
+  EXPECT_THAT(refused("10 a elements\nuncompute vtk_elements0\nrun 0"),
+              HasSubstr("Fix vtk defe/vtk: its compute vtk_elements0 was deleted"));
   // found at the first step: a folder of the name of a file
   if (rank_of(MPI_COMM_WORLD) == 0) mkdir("folder_elements_0.hdf", 0755);
   MPI_Barrier(MPI_COMM_WORLD);
