@@ -40,7 +40,7 @@ configure_file(tools/defe-config.in "${generated}/bin/defe-config" @ONLY)
 install(PROGRAMS "${generated}/bin/defe-config" DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT tools)
 install(PROGRAMS tools/mesh2data tools/layers2data tools/elements2stl tools/mpirun.sh tools/install-deps.sh
   DESTINATION "${data}/tools" COMPONENT tools)
-install(FILES tools/common.sh tools/paraview_scene.py DESTINATION "${data}/tools" COMPONENT tools)
+install(FILES tools/common.sh tools/materials.inc tools/paraview_scene.py DESTINATION "${data}/tools" COMPONENT tools)
 install(DIRECTORY python DESTINATION "${data}" COMPONENT tools FILES_MATCHING PATTERN "*.py" PATTERN "*.md"
   PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY examples DESTINATION "${data}" COMPONENT tools USE_SOURCE_PERMISSIONS

@@ -133,6 +133,22 @@ class Example(unittest.TestCase):
         self.assertLess(s["hail_speed_final_m_s"], 0.98 * s["hail_speed_m_s"])
         self.assertLess(s["beads_speed_final_m_s"], 40.0)
 
+    def test_four_point_bending(self):
+        """Six of the thirty specimens: the distribution of their strength is that of the flaws."""
+        folder = self.root / "examples" / "four_point_bending"
+        plugin = Path(os.environ["DEFE_PLUGIN"])
+
+        variables = dict(os.environ, DEFE_NP="1", LD_LIBRARY_PATH=f"{plugin.parent}:{os.environ.get('LD_LIBRARY_PATH', '')}")
+        done = subprocess.run(["bash", "run.sh", "-var", "pictures", "no", "-var", "specimen", "2", "5", "6", "12", "18", "26"],
+                              cwd=folder, env=variables, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout[-3000:])
+        s = json.loads((folder / "output/float/summary.json").read_text())
+        self.assertEqual(s["specimens"], 6)
+        self.assertTrue(60.0 < s["least_MPa"] < s["mean_MPa"] < s["most_MPa"] < 140.0, s)
+        self.assertLess(s["kolmogorov"], 1.63)    # of all samples of this distribution 99 % are below
+        self.assertGreater((folder / "output/float/strength.png").stat().st_size, 10000)
+
 
 if __name__ == "__main__":
     unittest.main()
