@@ -49,6 +49,20 @@ class Plates(unittest.TestCase):
         self.assertAlmostEqual(2e6 * math.sqrt(5000.0 * t / math.pi), math.sqrt(200e9 * 50.0), delta=1.0)
 
 
+class Cylinder(unittest.TestCase):
+    def test_is_round_and_sound(self):
+        case = manual.load("taylor_bar")
+        for n in (2, 3):
+            bar = case.Cylinder(n, 12)
+            x = bar.X[bar.hex]
+            edges = x[:, [1, 3, 4]] - x[:, :1]    # at a node; all are elements of prisms
+            self.assertGreater(np.linalg.det(edges).min(), 0.0)
+            plane = x[:, :4, :2]
+            area = 0.5 * np.cross(plane[:, 2] - plane[:, 0], plane[:, 3] - plane[:, 1]).sum() / 12.0
+            self.assertAlmostEqual(area / (math.pi * case.RADIUS**2), 1.0, delta=0.03)
+            self.assertEqual(len(np.unique(bar.X.round(9), axis=0)), len(bar.X))
+
+
 class Verdicts(unittest.TestCase):
     def test_bounds(self):
         a = manual.Accept("x", "s", target=10.0, tolerance=1.0)
