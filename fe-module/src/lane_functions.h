@@ -1,8 +1,8 @@
 #ifndef DEFE_FE_LANE_FUNCTIONS_H
 #define DEFE_FE_LANE_FUNCTIONS_H
 
-// Logarithm and exponential of a Pack, in plain arithmetic: 3 and 1 ulp, at a tenth of the cost of
-// std::log and std::exp lane by lane.
+// Logarithm and exponential of a Pack, in plain arithmetic: to 2 ulp, and with AVX-512 at a fifth of the cost of std::log and
+// std::exp lane by lane.
 
 #include "defe/simd.h"
 
