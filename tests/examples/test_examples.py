@@ -149,6 +149,14 @@ class Example(unittest.TestCase):
         self.assertLess(s["kolmogorov"], 1.63)    # of all samples of this distribution 99 % are below
         self.assertGreater((folder / "output/float/strength.png").stat().st_size, 10000)
 
+    def test_tempered_pane(self):
+        """Up to 6 us with elements of 2 mm: at rest before the blow, then a crack that needs no other load."""
+        s = self.run_example("tempered_pane", "coarse", "-var", "end", "6e-6")
+        self.assertEqual(s["surface_MPa"], 100.0)
+        self.assertAlmostEqual(s["at_rest_J"], 0.17423, delta=2e-4)
+        self.assertGreater(s["elements_converted"], 100)
+        self.assertGreater(s["fracture_J_m2"], 3.0)
+
 
 if __name__ == "__main__":
     unittest.main()

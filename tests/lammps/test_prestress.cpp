@@ -216,9 +216,9 @@ TEST(Prestress, EnergyIsKept)
 {
   for (const std::string start : {"", " start core", " start all"}) {
     SCOPED_TRACE(start);
-    Block block = pane();
+    Block block = pane(4);
     block.dt = 1e-8;    // the swing of velocity Verlet falls with its square: 1e-3 at 4e-8
-    block.regions = "region core block 0.004 0.008 0.002 0.012 INF INF\n";
+    block.regions = "region core block 0.002 0.006 0.002 0.006 INF INF\n";
     block.convert += start;
     Lammps lmp;
     lmp.commands(block.script());
@@ -226,9 +226,9 @@ TEST(Prestress, EnergyIsKept)
     lmp.run(0);
     const double before = lmp.fe(TOTAL);
     EXPECT_GT(before, (start == " start all" ? 0.8 : 0.95) * stored_energy(block));
-    lmp.run(500);
+    lmp.run(300);
     EXPECT_GT(lmp.fe(E_KINETIC), 0.01 * before) << "the edges swing";
-    EXPECT_LT(largest_deviation(lmp.recorded()), 1.5e-4 * before);
+    EXPECT_LT(largest_deviation(lmp.recorded()), 3e-4 * before);
     // what DEs at the free edges cannot hold is booked where they are born
     EXPECT_NEAR(before + lmp.fe(CONV_STRAIN), stored_energy(block), 3e-3 * before);
   }
