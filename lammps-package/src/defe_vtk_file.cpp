@@ -27,6 +27,8 @@ std::string LAMMPS_NS::write_vtk_file(const std::string &, const defe::VtkGrid &
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 #include <vector>
 
 using defe::VtkField;
@@ -198,14 +200,44 @@ bool write_head(hid_t group)
   return H5Awrite(v, H5T_NATIVE_INT, version) >= 0 && H5Awrite(t, text, type) >= 0;
 }
 
-/** Why a file cannot be made, as the system says it: HDF5 does not. */
-std::string try_file(const std::string &file, MPI_Comm comm)
+/** Of the data of this rank in the file. */
+unsigned long long bytes_of(const VtkGrid &g)
 {
+  auto numbers = g.points.size() + g.connectivity.size() + 2 * g.ncells();
+  for (const auto *fields : {&g.point_fields, &g.cell_fields})
+    for (const auto &f : *fields) numbers += f.values.size();
+  return numbers * sizeof(double);
+}
+
+/** Too little room is an error before anything is written: HDF5 cannot close a file that it could not write, and
+    crashes at the end of the program. */
+bool has_room(const std::string &file, unsigned long long bytes)
+{
+  namespace fs = std::filesystem;
+  constexpr unsigned long long heads = 1 << 16;    // more than those of groups and data sets take
+  std::error_code error, none;
+  const fs::path folder = fs::path(file).parent_path();
+  const auto space = fs::space(folder.empty() ? "." : folder, error);
+  if (error || space.capacity == 0) return true;    // the system does not say
+  const auto replaced = fs::is_regular_file(file, none) ? fs::file_size(file, none) : 0;
+  return space.available + (none ? 0 : replaced) >= bytes + heads;
+}
+
+/** Why a file cannot be made, as the system says it: HDF5 does not. */
+std::string try_file(const std::string &file, const VtkGrid &g, MPI_Comm comm)
+{
+  const unsigned long long mine = bytes_of(g);
+  unsigned long long all = 0;
   int me, failure = 0;
   MPI_Comm_rank(comm, &me);
+  MPI_Reduce(&mine, &all, 1, MPI_UNSIGNED_LONG_LONG, MPI_SUM, 0, comm);
   if (me == 0) {
-    FILE *out = std::fopen(file.c_str(), "wb");
-    if (!out || std::fclose(out)) failure = errno;
+    if (!has_room(file, all))
+      failure = ENOSPC;
+    else {
+      FILE *out = std::fopen(file.c_str(), "wb");
+      if (!out || std::fclose(out)) failure = errno;
+    }
   }
   MPI_Bcast(&failure, 1, MPI_INT, 0, comm);
   return failure ? std::strerror(failure) : "";
@@ -220,7 +252,7 @@ const char *LAMMPS_NS::vtk_files_need()
 
 std::string LAMMPS_NS::write_vtk_file(const std::string &file, const VtkGrid &g, MPI_Comm comm)
 {
-  const std::string complaint = try_file(file, comm);
+  const std::string complaint = try_file(file, g, comm);
   if (!complaint.empty()) return "cannot write " + file + ": " + complaint;
   const Quiet quiet;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
