@@ -74,7 +74,7 @@ void DefeStrengths::grow_element(const DefeBatch &b, int e, double dt, Corners &
 {
   const DefePart &p = sys.model.parts[b.part()];
   HexCoords x, X;
-  sys.elements.coords(b.nodes(e).data(), x, X);
+  sys.elements.kernel_coords(*b.hex[e], b.nodes(e).data(), x, X);
   Vec3 direction;
   double tension = 0.0;
   for (int c = 0; c < 8; c++) {

@@ -59,10 +59,13 @@ std::string message(const Block &block)
 TEST(FlawGrowth, BarsAtFourRatesBreakAsTheClosedFormSays)
 {
   const auto g = growth(1.0);
+  int ranks;
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
   for (const std::string start : {"", "start all"}) {
     double inert = 0.0, slowest = 0.0;
     for (double dense : {1.0, 1e2, 1e4, 1e6}) {
-      if (!start.empty() && (dense == 1e2 || dense == 1e4)) continue;
+      const bool between = dense == 1e2 || dense == 1e4;
+      if (between && (!start.empty() || ranks > 2)) continue;    // takes long
       SCOPED_TRACE(start + " density times " + number(dense));
       Bars bars;
       bars.rows = bars.columns = 2;
@@ -89,19 +92,20 @@ TEST(FlawGrowth, UnderATensionThatIsHeld)
   const auto g = growth(5e10);
   const defe::Mat3 strain =
       defe::Vec3(tension / E, -nu * tension / E, -nu * tension / E).asDiagonal();
-  for (const std::string how :
-       {"stress centre", "stress gauss", "stress gauss every 3", "all", "all every 3"}) {
+  for (const std::string how : {"stress centre", "stress gauss", "stress gauss every 3", "all",
+                                "all every 3", "stress gauss prestress", "all prestress"}) {
     SCOPED_TRACE(how);
     Block block;
-    const bool all = how.rfind("all", 0) == 0;
+    const bool all = how.rfind("all", 0) == 0, before = how.find("prestress") != std::string::npos;
     block.options = (all ? how.substr(3) : how) +
+        (before ? " glass variables v_held NULL NULL NULL NULL NULL" : "") +
         " strength glass truncated 4 100e6 55e6 volume 8e-9 seed 5 strength glass " + g.words();
     block.convert = std::string("600e9 type 2 group particles ") + (all ? "start all" : "");
     block.coeff = "connective material cohesive 600e6 10 0.1 contact 0.9 0.2";
     block.dt = dt;
     Lammps lmp;
     lmp.commands(
-        block.script() +
+        block.script() + "variable held atom 45e6\n" +
         "compute hexes all defe/hex/local id strength\ncompute des all defe/atom strength\n");
     lmp.run(0);
     const auto strengths = [&] {
@@ -113,9 +117,10 @@ TEST(FlawGrowth, UnderATensionThatIsHeld)
       return found;
     };
     const auto drawn = strengths();
-    lmp.change([&](Particle &p) {
-      p.x += strain * p.x;
-    });
+    if (!before)
+      lmp.change([&](Particle &p) {
+        p.x += strain * p.x;
+      });
     lmp.run(steps);
     double most = 0.0;
     for (const auto &[id, s] : strengths()) {
