@@ -272,6 +272,16 @@ class Pages(unittest.TestCase):
                 with self.subTest(page=page.name, target=target):
                     self.assertTrue((DOC / target).exists())
 
+    def test_labels_are_there_once(self):
+        """Those of all pages: they are one space of names."""
+        texts = {page.name: page.read_text() for page in DOC.glob("*.rst")}
+        labels = [(label, name) for name, text in texts.items() for label in re.findall(r"(?m)^\.\. _(\w+):", text)]
+        own = {label for label, _ in labels}
+        self.assertEqual(sorted(label for label in own if [a for a, _ in labels].count(label) > 1), [])
+        for name, text in texts.items():
+            for label in re.findall(r":ref:`[^<`]*<(\w+)>`", text):
+                self.assertIn(label, own, name)
+
     def test_markup(self):
         try:
             from docutils import core, nodes
