@@ -9,10 +9,10 @@ defe_cores() {
   env -u OMP_NUM_THREADS -u OMP_THREAD_LIMIT nproc 2>/dev/null || getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1
 }
 
-# defe_build PRESET [target] -- [cmake options]: configures and builds into build/PRESET.
+# defe_build PRESET [target] -- [cmake options]: configures and builds into build/PRESET, or build/$DEFE_FOLDER.
 # Says what it does and how far it is; everything else goes into a log, of which a failure shows the end.
 defe_build() {
-  local preset=$1 target=() what log jobs start
+  local preset=$1 folder=build/${DEFE_FOLDER:-$1} target=() what log jobs start
   shift
   what='plugin and tests'
   if [[ $1 != -- ]]; then
@@ -22,9 +22,9 @@ defe_build() {
   fi
   shift
   if [[ $what == defeplugin ]]; then what=plugin; fi
-  log=$DEFE_ROOT/build/$preset/build.log
+  log=$DEFE_ROOT/$folder/build.log
   # A new log at once: one of an earlier build would be shown if nothing can be written.
-  if ! { mkdir -p "$DEFE_ROOT/build/$preset" && : >"$log"; } 2>/dev/null; then
+  if ! { mkdir -p "$DEFE_ROOT/$folder" && : >"$log"; } 2>/dev/null; then
     echo "DEFE: no right to write $log: make that folder writable, or work in a copy of this checkout" >&2
     return 1
   fi
@@ -33,27 +33,27 @@ defe_build() {
 
   local generator=()
   # An existing build keeps its generator.
-  if [[ ! -f $DEFE_ROOT/build/$preset/CMakeCache.txt ]] && command -v ninja >/dev/null; then generator=(-G Ninja); fi
-  echo "DEFE: configuring build/$preset" >&2
+  if [[ ! -f $DEFE_ROOT/$folder/CMakeCache.txt ]] && command -v ninja >/dev/null; then generator=(-G Ninja); fi
+  echo "DEFE: configuring $folder" >&2
   # The progress of building LAMMPS comes on stderr in lines that begin with DEFE: they are shown.
   if ! (
     set -o pipefail
     cd "$DEFE_ROOT"
-    cmake --preset "$preset" "${generator[@]}" "$@" </dev/null 2>&1 |
+    cmake --preset "$preset" -B "$folder" "${generator[@]}" "$@" </dev/null 2>&1 |
       tee "$log" | { grep --line-buffered '^DEFE:' || true; } >&2
   ); then
     tail -n 40 "$log" >&2
-    echo "DEFE: configuring failed; the whole log is build/$preset/build.log" >&2
+    echo "DEFE: configuring failed; the whole log is $folder/build.log" >&2
     return 1
   fi
-  echo "DEFE: building $what in build/$preset, $jobs files at a time" >&2
+  echo "DEFE: building $what in $folder, $jobs files at a time" >&2
   if ! (
     set -o pipefail
-    cmake --build "$DEFE_ROOT/build/$preset" --parallel "$jobs" "${target[@]}" 2>&1 </dev/null |
+    cmake --build "$DEFE_ROOT/$folder" --parallel "$jobs" "${target[@]}" 2>&1 </dev/null |
       tee -a "$log" | awk -v what="$what" -f "$DEFE_ROOT/cmake/progress.awk" >&2
   ); then
     { grep -E -A 8 'error:|FAILED:|undefined reference|\*\*\*' "$log" || tail -n 40 "$log"; } | head -n 120 >&2
-    echo "DEFE: the build failed; the whole log is build/$preset/build.log" >&2
+    echo "DEFE: the build failed; the whole log is $folder/build.log" >&2
     return 1
   fi
   echo "DEFE: built in $((SECONDS - start)) s" >&2

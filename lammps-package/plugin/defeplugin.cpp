@@ -65,22 +65,11 @@ static bool add_style(LAMMPS *lmp, const std::string &kind, const char *name,
                        : add(lmp->modify->compute_map, name, creator);
 }
 
-static bool is_loaded(LAMMPS *lmp)
-{
-  return plugin_find("fix", "defe") >= 0 && lmp->modify->fix_map->count("defe");
-}
-
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
   auto *lammps = static_cast<LAMMPS *>(lmp);
 
-  if (!defe_fits(lammps)) return;
-  if (is_loaded(lammps)) {
-    if (lammps->comm->me == 0)
-      utils::logmesg(
-          lammps, "DEFE is loaded already, this load changes nothing (plugin clear unloads it)\n");
-    return;
-  }
+  if (!defe_wanted(lammps)) return;
 
   auto register_plugin = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
   lammpsplugin_t plugin;

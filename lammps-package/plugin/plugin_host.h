@@ -3,7 +3,8 @@
    https://www.lammps.org/
    This software is distributed under the GNU General Public License.
 
-   Does the plugin fit the LAMMPS that loads it? A plugin of another LAMMPS or MPI loads, and crashes later.
+   What the plugin and its loader ask first: does it fit the LAMMPS that loads it (a plugin of another LAMMPS or
+   MPI loads, and crashes later), and is it there already?
 ------------------------------------------------------------------------- */
 
 #ifndef LMP_DEFE_PLUGIN_HOST_H
@@ -15,6 +16,7 @@
 #include "error.h"
 #include "input.h"
 #include "lammps.h"
+#include "modify.h"
 #include "utils.h"
 
 #include <mpi.h>
@@ -51,6 +53,18 @@ inline bool defe_fits(LAMMPS *lammps)
   if (by_command) lammps->error->all(FLERR, misfit);
   if (lammps->comm->me == 0)
     utils::logmesg(lammps, "DEFE is left out. {} (or take it out of LAMMPS_PLUGIN_PATH)\n", misfit);
+  return false;
+}
+
+/// Is there anything to load? Else it has been said why not.
+inline bool defe_wanted(LAMMPS *lammps)
+{
+  if (!defe_fits(lammps)) return false;
+  if (!lammps->modify->fix_map->count("defe")) return true;
+  if (lammps->comm->me == 0)
+    utils::logmesg(lammps,
+                   "DEFE is there already (loaded before, or part of this LAMMPS): this load "
+                   "changes nothing\n");
   return false;
 }
 

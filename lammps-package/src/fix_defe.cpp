@@ -6,11 +6,13 @@
 
 #include "fix_defe.h"
 
+#include "defe_citation.h"
 #include "defe_options.h"
 #include "defe_surface_search.h"
 #include "defe_system.h"
 
 #include "atom.h"
+#include "citeme.h"
 #include "domain.h"
 #include "error.h"
 #include "force.h"
@@ -33,6 +35,7 @@ FixDefe::FixDefe(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), system(std::make_unique<DefeSystem>(lmp, this)), sys(*system)
 {
   check_commands(narg);
+  if (lmp->citeme) lmp->citeme->add(cite_defe);
   set_flags();
   DefeOptions(sys, narg, arg).read();
 

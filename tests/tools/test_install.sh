@@ -35,7 +35,7 @@ plugin list
 END
 LD_LIBRARY_PATH=$(defe-config --plugins) "$lmp" -log none -in in.plugin >lammps.txt 2>&1 || { cat lammps.txt; exit 1; }
 (($(grep -c 'fix style plugin defe$' lammps.txt) == 3)) || { cat lammps.txt; fail 'LAMMPS does not find the plugin by itself'; }
-grep -q 'DEFE is loaded already' lammps.txt || { cat lammps.txt; fail 'a second load is not told of'; }
+grep -q 'DEFE is there already' lammps.txt || { cat lammps.txt; fail 'a second load is not told of'; }
 if grep -qE 'Ignoring load|failed' lammps.txt; then cat lammps.txt; fail 'loading is noisy'; fi
 # of another LAMMPS: scripts run without it
 mkdir other
