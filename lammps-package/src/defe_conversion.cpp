@@ -8,6 +8,7 @@
 // out.
 
 #include "defe_system.h"
+#include "lammps_releases.h"
 
 #include "atom.h"
 #include "atom_vec.h"
@@ -139,7 +140,7 @@ double DefeConversion::contact_distance_if_separated(int i, const tagint *face, 
       defe::tie_rotation_limit * strain)
     return 0.0;
   Vec3 between = defe::place_of_de(element, corner) - Vec3(atom->x[i]);
-  domain->minimum_image(between.data());
+  minimum_image(*domain, between.data());
   // a little less, so that rounding does not bring the two into contact in this very step on some numbers of
   // ranks only
   return (1.0 - 1.0e-9) * between.norm();

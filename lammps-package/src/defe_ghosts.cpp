@@ -5,6 +5,7 @@
 ------------------------------------------------------------------------- */
 
 #include "defe_system.h"
+#include "lammps_releases.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -90,7 +91,7 @@ bool DefeGhosts::longest_of_all(double &longest) const
         if (!complete) break;
         double del[3];
         for (int d = 0; d < 3; d++) del[d] = atom->x[j][d] - atom->x[i][d];
-        domain->minimum_image(del);
+        minimum_image(*domain, del);
         for (int d = 0; d < 3; d++) now(d, a) = del[d];
       }
       if (!complete)
