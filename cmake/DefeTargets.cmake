@@ -18,12 +18,29 @@ set_target_properties(defe_options PROPERTIES EXPORT_NAME options)
 target_compile_options(defe_options INTERFACE
   $<$<CONFIG:Release,RelWithDebInfo>:-fno-math-errno -fno-trapping-math -ffp-contract=fast>)
 include(CheckCXXCompilerFlag)
+include(CheckCXXSourceCompiles)
 # A shared library's own functions may be inlined: nobody replaces them at load time.
 check_cxx_compiler_flag(-fno-semantic-interposition DEFE_HAS_NO_INTERPOSITION)
 if(DEFE_HAS_NO_INTERPOSITION)
   target_compile_options(defe_options INTERFACE -fno-semantic-interposition)
 endif()
-if(DEFE_NATIVE)
+# The portable build: all libraries as they are (x86-64-v1), and once more for each level with that ending.
+set(DEFE_LEVELS "")
+if(DEFE_PORTABLE)
+  check_cxx_source_compiles("int main() { return __builtin_cpu_supports(\"x86-64-v3\"); }" DEFE_KNOWS_LEVELS)
+  if(NOT DEFE_KNOWS_LEVELS)
+    message(FATAL_ERROR "DEFE_PORTABLE needs an x86-64 and a compiler that knows its levels (GCC 12, Clang 18 or later): "
+      "take another one, or build for this machine only with -D DEFE_PORTABLE=OFF")
+  endif()
+  foreach(level v3 v4)
+    list(APPEND DEFE_LEVELS _${level})
+    add_library(defe_options_${level} INTERFACE)
+    target_link_libraries(defe_options_${level} INTERFACE defe_options)
+    target_compile_options(defe_options_${level} INTERFACE -march=x86-64-${level})
+  endforeach()
+  # messages name the place in the source, not where it lay when it was built
+  target_compile_options(defe_warnings INTERFACE "-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=")
+elseif(DEFE_NATIVE)
   check_cxx_compiler_flag(-march=native DEFE_HAS_MARCH_NATIVE)
   if(DEFE_HAS_MARCH_NATIVE)
     target_compile_options(defe_options INTERFACE -march=native)
@@ -56,22 +73,25 @@ function(defe_precompile target kind)
   endif()
 endfunction()
 
-# defe_add_library(NAME [LINK targets...]): static library of src/*.cpp with public
-# headers in include/; an interface library as long as there is no source.
+# defe_add_library(NAME [LINK targets...]): static library of src/*.cpp with public headers in include/,
+# and NAME_LEVEL for each level.
 function(defe_add_library name)
   cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS src/*.cpp)
-  if(sources)
-    add_library(${name} STATIC ${sources})
-    target_include_directories(${name} PUBLIC "$<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>"
+  foreach(level IN ITEMS "" ${DEFE_LEVELS})
+    set(target ${name}${level})
+    set(links ${arg_LINK})
+    list(TRANSFORM links APPEND "${level}" REGEX "^defe_")
+    add_library(${target} STATIC ${sources})
+    target_include_directories(${target} PUBLIC "$<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>"
       "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>" PRIVATE src)
-    target_link_libraries(${name} PUBLIC defe_options ${arg_LINK} PRIVATE $<BUILD_INTERFACE:defe_warnings>)
-    string(REPLACE "defe_" "" short "${name}")
-    set_target_properties(${name} PROPERTIES EXPORT_NAME ${short}) # DEFE::fe
-    defe_precompile(${name} ${name} <Eigen/Dense> <algorithm> <cmath> <sstream> <string> <unordered_map> <vector>)
-  else()
-    add_library(${name} INTERFACE)
-    target_include_directories(${name} INTERFACE include)
-    target_link_libraries(${name} INTERFACE defe_options ${arg_LINK})
+    target_link_libraries(${target} PUBLIC defe_options${level} ${links} PRIVATE $<BUILD_INTERFACE:defe_warnings>)
+    defe_precompile(${target} ${target} <Eigen/Dense> <algorithm> <cmath> <sstream> <string> <unordered_map> <vector>)
+  endforeach()
+  string(REPLACE "defe_" "" short "${name}")
+  set_target_properties(${name} PROPERTIES EXPORT_NAME ${short}) # DEFE::fe
+  if(DEFE_PORTABLE)
+    # as in the library, whatever instructions a program has that links it
+    target_compile_definitions(${name} INTERFACE $<INSTALL_INTERFACE:EIGEN_MAX_ALIGN_BYTES=16>)
   endif()
 endfunction()

@@ -19,7 +19,7 @@ file(MAKE_DIRECTORY "${generated}/bin" "${generated}/lib")
 
 # --- plugin -----------------------------------------------------------------
 
-install(TARGETS defeplugin LIBRARY DESTINATION "${plugins}" COMPONENT plugin)
+install(TARGETS ${DEFE_PLUGINS} LIBRARY DESTINATION "${plugins}" COMPONENT plugin)
 file(CREATE_LINK lammps/plugins/defeplugin.so "${generated}/lib/defeplugin.so" SYMBOLIC)
 install(FILES "${generated}/lib/defeplugin.so" DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT plugin)
 install(FILES "${PROJECT_BINARY_DIR}/lmp" DESTINATION "${data}" COMPONENT host)
@@ -33,7 +33,7 @@ foreach(tool mesh2data layers2data)
   install(FILES "${generated}/bin/${tool}" DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT tools)
 endforeach()
 file(RELATIVE_PATH DEFE_UP "/${CMAKE_INSTALL_BINDIR}" "/")
-set(DEFE_PLUGINS "${plugins}")
+set(DEFE_PLUGIN_FOLDER "${plugins}")
 set(DEFE_DATA "${data}")
 set(DEFE_DOCS "${docs}")
 configure_file(tools/defe-config.in "${generated}/bin/defe-config" @ONLY)
@@ -67,3 +67,7 @@ install(FILES "${generated}/DEFEConfig.cmake" "${generated}/DEFEConfigVersion.cm
 
 add_custom_target(uninstall COMMAND "${CMAKE_COMMAND}" -D "MANIFEST=${PROJECT_BINARY_DIR}/install_manifest.txt"
   -P "${PROJECT_SOURCE_DIR}/cmake/uninstall.cmake" VERBATIM)
+
+if(DEFE_PORTABLE)
+  include(Package)
+endif()

@@ -2,7 +2,7 @@
 # Installs what is missing, builds, and runs the tests.
 #   tests/run.sh [--slow] [--builds] [--sanitize] [--lammps RELEASE] [--valgrind] [ctest options...]
 # --slow      with the slow verification tests
-# --builds    with the test that builds a LAMMPS with DEFE in it
+# --builds    with the tests that build anew: the portable plugin with its package, and a LAMMPS that holds DEFE
 # --lammps    with another release of LAMMPS, in a build folder of its own: 4Jul2026
 # --sanitize  with address and undefined-behaviour sanitizers in DEFE's own code
 # --valgrind  instead of the tests, a small crack on two ranks under memcheck (tests/valgrind.sh)

@@ -28,6 +28,8 @@
 #include "pair_defe_contact.h"
 #include "pair_defe_joint.h"
 
+#include <cstdlib>
+
 using namespace LAMMPS_NS;
 
 template <class T> static void *one_argument(LAMMPS *lmp)
@@ -69,7 +71,15 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
   auto *lammps = static_cast<LAMMPS *>(lmp);
 
+#ifndef DEFE_LEVEL_NAME    // else the loader has looked at it
   if (!defe_wanted(lammps)) return;
+  const char *level = std::getenv("DEFE_LEVEL");
+  if (level && *level)
+    lammps->error->all(
+        FLERR,
+        "The environment variable DEFE_LEVEL is set, but this defeplugin.so has one level only: "
+        "unset it, or build DEFE with -D DEFE_PORTABLE=ON");
+#endif
 
   auto register_plugin = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
   lammpsplugin_t plugin;
