@@ -26,8 +26,11 @@
 
 namespace LAMMPS_NS {
 
+// of each plugin by itself: LAMMPS loads them such that they would share inline functions
+namespace {
+
 /// What does not fit, with the remedy; empty if all fits.
-inline std::string defe_misfit(const LAMMPS *lammps)
+[[maybe_unused]] std::string defe_misfit(const LAMMPS *lammps)
 {
   if (strcmp(lammps->version, DEFE_LAMMPS_VERSION) != 0)
     return std::string("This defeplugin.so was built for LAMMPS " DEFE_LAMMPS_VERSION
@@ -44,7 +47,7 @@ inline std::string defe_misfit(const LAMMPS *lammps)
 
 /// Stops the command `plugin load` of a plugin that does not fit. At LAMMPS' start (LAMMPS_PLUGIN_PATH) it is
 /// left out instead, and told of: scripts without DEFE run with any LAMMPS.
-inline bool defe_fits(LAMMPS *lammps)
+[[maybe_unused]] bool defe_fits(LAMMPS *lammps)
 {
   const std::string misfit = defe_misfit(lammps);
   if (misfit.empty()) return true;
@@ -57,7 +60,7 @@ inline bool defe_fits(LAMMPS *lammps)
 }
 
 /// Is there anything to load? Else it has been said why not.
-inline bool defe_wanted(LAMMPS *lammps)
+[[maybe_unused]] bool defe_wanted(LAMMPS *lammps)
 {
   if (!defe_fits(lammps)) return false;
   if (!lammps->modify->fix_map->count("defe")) return true;
@@ -67,6 +70,8 @@ inline bool defe_wanted(LAMMPS *lammps)
                    "changes nothing\n");
   return false;
 }
+
+}    // namespace
 
 }    // namespace LAMMPS_NS
 

@@ -48,8 +48,8 @@ class Example(unittest.TestCase):
         summary = json.loads((out / "summary.json").read_text())
         for picture in ("energies.png", "timeline.png"):
             self.assertGreater((out / picture).stat().st_size, 10000)
-        thermo = next(line.split() for line in self.log.splitlines() if line.split()[:1] == ["Step"])
-        self.assertLessEqual({"converted", "broken", "s1max", "pieces", "left_s"}, set(thermo))
+        thermo = [line.split() for line in self.log.splitlines() if line.split()[:1] == ["Step"]]
+        self.assertLessEqual({"converted", "broken", "s1max", "pieces", "left_s"}, set(thermo[-1]))
         self.assertRegex(printed.strip().splitlines()[-1],
                          rf"^{summary['elements_converted']} elements converted, \d+ joints broken; loop time .* s on 1 rank\(s\); "
                          r"summary\.json, energies\.png, timeline\.png.* in .*output")
@@ -153,7 +153,7 @@ class Example(unittest.TestCase):
         """Up to 6 us with elements of 2 mm: at rest before the blow, then a crack that needs no other load."""
         s = self.run_example("tempered_pane", "coarse", "-var", "end", "6e-6")
         self.assertEqual(s["surface_MPa"], 100.0)
-        self.assertAlmostEqual(s["at_rest_J"], 0.17423, delta=2e-4)
+        self.assertAlmostEqual(s["at_rest_J"], 0.17225, delta=2e-4)
         self.assertGreater(s["elements_converted"], 100)
         self.assertGreater(s["fracture_J_m2"], 3.0)
 

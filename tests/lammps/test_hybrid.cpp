@@ -393,7 +393,7 @@ TEST(Hybrid, BondedSpheresBesideGlass)
   const auto hit = [&](MPI_Comm comm) {
     Lammps lmp(comm);
     lmp.commands(script(30.0));
-    lmp.run(450);
+    lmp.run(350);    // then rubble, in which rounding errors grow tenfold in 40 steps
     EXPECT_GT(lmp.fe(CONVERTED), 3.0);
     EXPECT_GT(lmp.fe(CONTACT), 3.0);
     return lmp.particles();
