@@ -1,7 +1,5 @@
 // Stress before any load (keyword prestress of fix defe): a tempered pane stays still, edges relax, elements become
 // DEs that carry the stress, cracks release it, and the account knows its energy.
-//
-// timeout: 240
 
 #include "cracking_beam.h"
 #include "mesh_file.h"
