@@ -37,10 +37,11 @@ def main(folder):
     frame = defe.read_dump(folder / "pieces.dump")[-1]
     pieces = defe.fragments(frame["c_pieces"], frame["mass"])
     surface = log.value(r"Fix defe: prestress of part glass: parabola z 0 0\.008 surface -(\S+),", "the prestress")
+    dt = float(log.value(r"Elements of \S+ m, steps of (\S+) s", "the time step"))
     area = pieces.mass.sum() / (2500 * THICKNESS)
     # a piece of 2 x 2 mm through the two middle layers; smaller ones are dust
     core = defe.fragments(frame["c_core"], frame["mass"])
-    counted = int((core.mass >= 2500 * 4e-6 * 2 * float(log.value(r"Elements of (\S+) m", "the size of elements"))).sum())
+    counted = int((core.mass >= 2500 * 4e-6 * 2 * float(log.value(r"Elements of (\S+) m,", "the size of elements"))).sum())
     took = (energies["fracture"][-1] + energies["released"][-1]) / area
     # what is shut in by so much crack through the whole thickness, in squares
     per_joint = max(float(log.value(r"Joints of part glass .* a joint releases (\S+) per area", "what a joint releases")), 8.0)
@@ -75,7 +76,7 @@ def main(folder):
     title = f"tempered pane, {s['surface_MPa']:g} MPa"
     plots.energies(folder / "energies.png", f"{title}; dashed: first damage", energies, [s["first_damage_us"]], limit=ALLOWED_RISE)
     plots.timeline(folder / "timeline.png", title, events, s["end_us"])
-    cells = [(path, f"{time:.0f} us") for time, path in plots.pictures(folder, "top.*.png", 1e-6 * s["end_us"] / s["steps"])]
+    cells = [(path, f"{time:.0f} us") for time, path in plots.pictures(folder, "top.*.png", dt)]
     if cells:
         plots.sheet(folder / "crack.png", title, cells, (len(cells) + 1) // 2, 480)
     summary.closing_line(folder, s)
