@@ -297,9 +297,10 @@ double EnhancedKernel::energy(const HexCoords &x, const HexCoords &X, const doub
 Mat3 EnhancedKernel::stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi,
                             const double *) const
 {
-  const Compatible c(x, X, elastic);
   const Mat3 F = Compatible::gradient(x, X, xi);
-  const Mat3 strain = Compatible::green_strain(x, X, xi) + c.enhanced.at(xi);
+  Mat3 strain = Compatible::green_strain(x, X, xi);
+  if (!xi.isZero(0.0))
+    strain += Compatible(x, X, elastic).enhanced.at(xi);    // at the centre it vanishes
   return F * elastic_stress(strain, elastic) * F.transpose() / F.determinant();
 }
 

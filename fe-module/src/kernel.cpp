@@ -87,7 +87,7 @@ Mat3 CorotationalKernel::stress(const HexCoords &x, const HexCoords &, const Vec
 {
   const Corotated c = corotate(x, shape0);
   Mat3 s = linear_stress(shape0, c.u, elastic, xi);
-  if (type == ElementType::enhanced) {
+  if (type == ElementType::enhanced && !xi.isZero(0.0)) {    // at the centre it vanishes
     EnhancedStrain enhanced(shape0, elastic);
     for (const Vec3 &point : gauss_points())
       enhanced.add(point, linear_stress(shape0, c.u, elastic, point));
