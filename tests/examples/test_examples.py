@@ -116,7 +116,8 @@ class Example(unittest.TestCase):
         # Gmsh makes another mesh on another processor: one that is there, of 4 mm
         mesh = self.root / "pane.msh"
         mesh.write_bytes(gzip.decompress((SOURCE / "tests" / "meshes" / "pane_3190.msh.gz").read_bytes()))
-        s = self.run_example("curved_pane", "ball", "-var", "end", "3e-5", DEFE_MESH=str(mesh))
+        # elements twice as long as a ply is thick: bent enhanced ones would gain energy as they convert
+        s = self.run_example("curved_pane", "ball", "-var", "end", "3e-5", "-var", "type", "plain", DEFE_MESH=str(mesh))
         self.assertGreater(s["elements_converted"], 100)
         self.assertEqual(set(s["plies"]), {"outer", "inner"})
         out, said = self.run_script("curved_pane", "elastic", "-var", "end", "2e-5", DEFE_MESH=str(mesh))
