@@ -95,16 +95,16 @@ if command -v dpkg-shlibdeps >/dev/null; then
   grep -qE '^Depends: .*libc6' control.txt && grep -qE '^Depends: .*mpi' control.txt || { cat control.txt; fail 'libraries are missing in Depends'; }
   release=$(sed -n 's/.*DEFE_LAMMPS_VERSION "\(.*\)"/\1/p' "$build/generated/defe_build_info.h")
   grep -qE "fits LAMMPS $release with|^Depends: .*lammps \(= " control.txt || { cat control.txt; fail 'the package does not say which LAMMPS it fits'; }
-  dpkg-deb -x "${package[0]}" root
-  if grep -rqF -e "$build" -e "$project" root; then
-    fail "the package holds a path of this machine: $(grep -rlF -e "$build" -e "$project" root | head -n 3)"
+  dpkg-deb -x "${package[0]}" unpacked
+  if grep -rqF -e "$build" -e "$project" unpacked; then
+    fail "the package holds a path of this machine: $(grep -rlF -e "$build" -e "$project" unpacked | head -n 3)"
   fi
-  eval "$(root/usr/bin/defe-config --env)"
+  eval "$(unpacked/usr/bin/defe-config --env)"
   printf 'plugin list\n' >in.list
   "$lmp" -log none -in in.list >out.txt 2>&1
   grep -q 'fix style plugin defe$' out.txt || { cat out.txt; fail 'LAMMPS does not find the plugin of the package'; }
-  grep -q Gmsh <<<"$(root/usr/bin/mesh2data --help)" || fail 'mesh2data of the package does not run'
+  grep -q Gmsh <<<"$(unpacked/usr/bin/mesh2data --help)" || fail 'mesh2data of the package does not run'
   # a program with other instructions than the library has
-  cmake -S "$project/tests/install" -B user -D "CMAKE_PREFIX_PATH=$PWD/root/usr" -D CMAKE_CXX_FLAGS=-march=native >user.txt 2>&1 &&
+  cmake -S "$project/tests/install" -B user -D "CMAKE_PREFIX_PATH=$PWD/unpacked/usr" -D CMAKE_CXX_FLAGS=-march=native >user.txt 2>&1 &&
     cmake --build user >>user.txt 2>&1 && user/bar || { cat user.txt; fail 'find_package(DEFE) of the package does not work'; }
 fi
