@@ -261,13 +261,9 @@ namespace {
       }
     }
 
-    static Mat3 gradient(const HexCoords &x, const HexCoords &X, const Vec3 &xi)
-    {
-      return jacobian(x.colwise() - x.col(0), xi) * jacobian(X.colwise() - X.col(0), xi).inverse();
-    }
     static Mat3 green_strain(const HexCoords &x, const HexCoords &X, const Vec3 &xi)
     {
-      const Mat3 F = gradient(x, X, xi);
+      const Mat3 F = deformation_gradient(x, X, xi);
       return 0.5 * (F.transpose() * F - Mat3::Identity());
     }
   };
@@ -297,7 +293,7 @@ double EnhancedKernel::energy(const HexCoords &x, const HexCoords &X, const doub
 Mat3 EnhancedKernel::stress(const HexCoords &x, const HexCoords &X, const Vec3 &xi,
                             const double *) const
 {
-  const Mat3 F = Compatible::gradient(x, X, xi);
+  const Mat3 F = deformation_gradient(x, X, xi);
   Mat3 strain = Compatible::green_strain(x, X, xi);
   if (!xi.isZero(0.0))
     strain += Compatible(x, X, elastic).enhanced.at(xi);    // at the centre it vanishes

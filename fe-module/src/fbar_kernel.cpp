@@ -11,11 +11,6 @@ namespace {
 
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-  Mat3 deformation_gradient(const HexCoords &x, const HexCoords &X, const Vec3 &xi)
-  {
-    return jacobian(x.colwise() - x.col(0), xi) * jacobian(X.colwise() - X.col(0), xi).inverse();
-  }
-
 }    // namespace
 
 IsotropicElastic elastic_from_bulk_shear(double bulk, double shear, double rho)

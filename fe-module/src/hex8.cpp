@@ -49,6 +49,11 @@ Mat3 jacobian(const HexCoords &X, const Vec3 &xi)
   return X * shape_gradient(xi);
 }
 
+Mat3 deformation_gradient(const HexCoords &x, const HexCoords &X, const Vec3 &xi)
+{
+  return jacobian(x.colwise() - x.col(0), xi) * jacobian(X.colwise() - X.col(0), xi).inverse();
+}
+
 namespace {
 
   // node 0 as origin: far from the origin the products below would lose digits

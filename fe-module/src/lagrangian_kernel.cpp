@@ -152,11 +152,6 @@ namespace {
     if (out.inverted) *out.inverted = lost.first;
   }
 
-  Mat3 deformation_gradient(const HexCoords &x, const HexCoords &X, const Vec3 &xi)
-  {
-    return jacobian(x.colwise() - x.col(0), xi) * jacobian(X.colwise() - X.col(0), xi).inverse();
-  }
-
 }    // namespace
 
 LagrangianKernel::LagrangianKernel(const IsotropicElastic &material) : elastic(material)

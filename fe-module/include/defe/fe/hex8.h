@@ -24,6 +24,9 @@ Vec3 interpolate(const HexCoords &X, const Vec3 &xi);
 /// Jacobian matrix dX_i/dxi_j.
 Mat3 jacobian(const HexCoords &X, const Vec3 &xi);
 
+/// Deformation gradient dx_i/dX_j; both positions relative to the first node, so that no digits are lost.
+Mat3 deformation_gradient(const HexCoords &x, const HexCoords &X, const Vec3 &xi);
+
 /// Volume; exact for any trilinear hexahedron.
 double volume(const HexCoords &X);
 
