@@ -391,16 +391,14 @@ TEST(Vtk, WrongInputIsRefused)
 // with HDF5 is loaded.
 TEST(Vtk, BuildWithoutHdf5NamesThePackage)
 {
-  if (rank_of(MPI_COMM_WORLD) == 0) {
-    write_file("in.without",
-               "plugin load " DEFE_PLUGIN_WITHOUT_HDF5 "\n" + cracking_beam().script() +
-                   vtk("without"));
-    const pid_t lmp =
-        start({DEFE_LMP_EXECUTABLE, "-in", "in.without", "-log", "none"}, "without.log");
-    EXPECT_NE(wait_for_end(lmp, 60.0), 0);
-    EXPECT_THAT(contents("without.log"),
-                HasSubstr("Fix defe/vtk: this DEFE was built without HDF5: install the package "
-                          "libhdf5-"));
-  }
-  MPI_Barrier(MPI_COMM_WORLD);
+  if (size_of(MPI_COMM_WORLD) > 1) GTEST_SKIP() << "the program runs on one rank";
+  write_file("in.without",
+             "plugin load " DEFE_PLUGIN_WITHOUT_HDF5 "\n" + cracking_beam().script() +
+                 vtk("without"));
+  const pid_t lmp =
+      start({DEFE_LMP_EXECUTABLE, "-in", "in.without", "-log", "none"}, "without.log");
+  EXPECT_NE(wait_for_end(lmp, 60.0), 0);
+  EXPECT_THAT(contents("without.log"),
+              HasSubstr("Fix defe/vtk: this DEFE was built without HDF5: install the package "
+                        "libhdf5-"));
 }
