@@ -29,6 +29,7 @@
 #include "pair_defe_joint.h"
 
 #include <cstdlib>
+#include <type_traits>
 
 using namespace LAMMPS_NS;
 
@@ -90,48 +91,38 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   // of a further LAMMPS in this process: register_plugin() would say that there is nothing to do
 
   const bool further = plugin_find("fix", "defe") >= 0;
-  auto one = [&](const char *style, const char *name, const char *info,
-                 void *(*creator)(LAMMPS *) ) {
+  const auto style = [&](const char *kind, const char *name, const char *info, auto creator) {
     if (further) {
-      add_style(lammps, style, name, creator);
+      add_style(lammps, kind, name, creator);
       return;
     }
-    plugin.style = style;
+    plugin.style = kind;
     plugin.name = name;
     plugin.info = info;
-    plugin.creator.v1 = reinterpret_cast<lammpsplugin_factory1 *>(creator);
+    if constexpr (std::is_same_v<decltype(creator), void *(*) (LAMMPS *)>)
+      plugin.creator.v1 = reinterpret_cast<lammpsplugin_factory1 *>(creator);
+    else
+      plugin.creator.v2 = reinterpret_cast<lammpsplugin_factory2 *>(creator);
     (*register_plugin)(&plugin, lmp);
   };
-  auto two = [&](const char *style, const char *name, const char *info,
-                 void *(*creator)(LAMMPS *, int, char **) ) {
-    if (further) {
-      add_style(lammps, style, name, creator);
-      return;
-    }
-    plugin.style = style;
-    plugin.name = name;
-    plugin.info = info;
-    plugin.creator.v2 = reinterpret_cast<lammpsplugin_factory2 *>(creator);
-    (*register_plugin)(&plugin, lmp);
-  };
-  two("fix", "defe", "DEFE " DEFE_VERSION " fix defe", with_arguments<FixDefe>);
-  two("fix", "defe/wall", "DEFE " DEFE_VERSION " fix defe/wall", with_arguments<FixDefeWall>);
-  two("fix", "defe/vtk", "DEFE " DEFE_VERSION " fix defe/vtk", with_arguments<FixDefeVTK>);
-  one("pair", "defe/joint", "DEFE " DEFE_VERSION " pair defe/joint", one_argument<PairDefeJoint>);
-  one("pair", "defe/connective", "DEFE " DEFE_VERSION " pair defe/connective",
-      one_argument<PairDefeConnective>);
-  one("pair", "defe/cohesive", "DEFE " DEFE_VERSION " pair defe/cohesive",
-      one_argument<PairDefeCohesive>);
-  one("pair", "defe/contact", "DEFE " DEFE_VERSION " pair defe/contact",
-      one_argument<PairDefeContact>);
-  two("compute", "defe/atom", "DEFE " DEFE_VERSION " compute defe/atom",
-      with_arguments<ComputeDefeAtom>);
-  two("compute", "defe/fragment/atom", "DEFE " DEFE_VERSION " compute defe/fragment/atom",
-      with_arguments<ComputeDefeFragmentAtom>);
-  two("compute", "defe/hex/local", "DEFE " DEFE_VERSION " compute defe/hex/local",
-      with_arguments<ComputeDefeHexLocal>);
-  two("compute", "defe/joint/local", "DEFE " DEFE_VERSION " compute defe/joint/local",
-      with_arguments<ComputeDefeJointLocal>);
-  one("command", "create_hexes", "DEFE " DEFE_VERSION " command create_hexes",
-      one_argument<CreateHexes>);
+  style("fix", "defe", "DEFE " DEFE_VERSION " fix defe", with_arguments<FixDefe>);
+  style("fix", "defe/wall", "DEFE " DEFE_VERSION " fix defe/wall", with_arguments<FixDefeWall>);
+  style("fix", "defe/vtk", "DEFE " DEFE_VERSION " fix defe/vtk", with_arguments<FixDefeVTK>);
+  style("pair", "defe/joint", "DEFE " DEFE_VERSION " pair defe/joint", one_argument<PairDefeJoint>);
+  style("pair", "defe/connective", "DEFE " DEFE_VERSION " pair defe/connective",
+        one_argument<PairDefeConnective>);
+  style("pair", "defe/cohesive", "DEFE " DEFE_VERSION " pair defe/cohesive",
+        one_argument<PairDefeCohesive>);
+  style("pair", "defe/contact", "DEFE " DEFE_VERSION " pair defe/contact",
+        one_argument<PairDefeContact>);
+  style("compute", "defe/atom", "DEFE " DEFE_VERSION " compute defe/atom",
+        with_arguments<ComputeDefeAtom>);
+  style("compute", "defe/fragment/atom", "DEFE " DEFE_VERSION " compute defe/fragment/atom",
+        with_arguments<ComputeDefeFragmentAtom>);
+  style("compute", "defe/hex/local", "DEFE " DEFE_VERSION " compute defe/hex/local",
+        with_arguments<ComputeDefeHexLocal>);
+  style("compute", "defe/joint/local", "DEFE " DEFE_VERSION " compute defe/joint/local",
+        with_arguments<ComputeDefeJointLocal>);
+  style("command", "create_hexes", "DEFE " DEFE_VERSION " command create_hexes",
+        one_argument<CreateHexes>);
 }

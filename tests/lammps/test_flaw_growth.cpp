@@ -1,6 +1,7 @@
 // Flaws that grow under load (strength ... rate): bars at four rates, strengths under a tension that is held, ranks and restarts.
 
 #include "cracking_beam.h"
+#include "failure.h"
 #include "glass_bars.h"
 
 #include "defe/coupling/flaw_growth.h"
@@ -40,17 +41,6 @@ double breaks_at(const defe::FlawGrowth &g, double strength, double rate)
     (grown + std::pow(s, g.n - 2.0) < 1.0 ? low : high) = s;
   }
   return low * strength;
-}
-
-std::string message(const Block &block)
-{
-  try {
-    Lammps lmp;
-    lmp.commands(block.script() + "run 0\n");
-  } catch (LAMMPS_NS::LAMMPSException &e) {
-    return e.what();
-  }
-  return "";
 }
 
 }    // namespace
@@ -175,7 +165,7 @@ TEST(FlawGrowth, WrongOnesAreRefused)
     block.options = options;
     if (!convert.empty()) block.convert = convert + " type 2 group particles";
     block.coeff = "connective material cohesive 6e7 10.0 0.1" + law + " contact 0.9 0.2";
-    return message(block);
+    return failure(block.script() + "run 0\n");
   };
   const std::string rate = "strength glass rate 6e-3 0.75e6 ",
                     flaw = "strength glass constant 50e6 ";

@@ -2,6 +2,7 @@
 // DEs that carry the stress, cracks release it, and the account knows its energy.
 
 #include "cracking_beam.h"
+#include "failure.h"
 #include "mesh_file.h"
 
 #include <gmock/gmock.h>
@@ -84,17 +85,6 @@ const Choice choices[] = {{"layers",
                           {"every", [](Block &b) {
                              b.options += " every 2";
                            }}};
-
-std::string message(const Block &block, const std::string &after = "run 0\n")
-{
-  try {
-    Lammps lmp;
-    lmp.commands(block.script() + after);
-  } catch (LAMMPS_NS::LAMMPSException &e) {
-    return e.what();
-  }
-  return "";
-}
 
 }    // namespace
 
@@ -295,7 +285,7 @@ TEST(Prestress, Refused)
     Block block = pane(2);
     block.options = options;
     block.regions = commands;
-    return message(block);
+    return failure(block.script() + "run 0\n");
   };
   const std::string parabola = "prestress glass parabola z ";
   EXPECT_THAT(with("prestress pane parabola z 0 1 surface 1"), HasSubstr("unknown part pane"));

@@ -2,6 +2,7 @@
 // until they break.
 
 #include "cracking_beam.h"
+#include "failure.h"
 #include "glass_bars.h"
 #include "layers.h"
 
@@ -45,17 +46,6 @@ std::map<long, double> of_elements(Lammps &lmp)
 
 const std::string computes =
     "compute des all defe/atom element strength\ncompute hexes all defe/hex/local id strength\n";
-
-std::string message(const Block &block, const std::string &after = "run 0\n")
-{
-  try {
-    Lammps lmp;
-    lmp.commands(block.script() + after);
-  } catch (LAMMPS_NS::LAMMPSException &e) {
-    return e.what();
-  }
-  return "";
-}
 
 }    // namespace
 
@@ -288,7 +278,7 @@ TEST(StrengthField, WrongOnesAreRefused)
   const auto with = [](const std::string &options) {
     Block block;
     block.options = options;
-    return message(block);
+    return failure(block.script() + "run 0\n");
   };
   EXPECT_THAT(with("strength gals constant 5e7"),
               HasSubstr("Fix defe strength: unknown part gals: define it before"));
@@ -306,12 +296,12 @@ TEST(StrengthField, WrongOnesAreRefused)
   EXPECT_THAT(with(surface), HasSubstr("there is no group side"));
   Block block;
   block.options = surface;
-  EXPECT_THAT(message(block, "group side empty\nrun 0\n"),
+  EXPECT_THAT(failure(block.script() + "group side empty\nrun 0\n"),
               HasSubstr("no face of the part has its four nodes in group side"));
-  EXPECT_EQ(message(block, "group side union all\nrun 0\n"), "");
+  EXPECT_EQ(failure(block.script() + "group side union all\nrun 0\n"), "");
   block.options = "";
-  EXPECT_THAT(message(block, "compute c all defe/atom strength\nrun 0\n"),
+  EXPECT_THAT(failure(block.script() + "compute c all defe/atom strength\nrun 0\n"),
               HasSubstr("needs the keyword strength of fix defe"));
-  EXPECT_THAT(message(block, "compute c all defe/hex/local strength\nrun 0\n"),
+  EXPECT_THAT(failure(block.script() + "compute c all defe/hex/local strength\nrun 0\n"),
               HasSubstr("needs the keyword strength of fix defe"));
 }
