@@ -50,7 +50,7 @@ class IntoLammps(unittest.TestCase):
 
     def test_styles_are_the_same_everywhere(self):
         plugin = (PACKAGE / "plugin" / "defeplugin.cpp").read_text()
-        loaded = set(re.findall(r'\b(?:one|two)\(\s*"(\w+)",\s*"(\S+)"', plugin))
+        loaded = set(re.findall(r'\(\s*"(fix|pair|compute|command)",\s*"(\S+)"', plugin))
         self.assertEqual(loaded, in_headers())
         pages = set()
         for page in (PACKAGE / "doc").glob("*.rst"):
