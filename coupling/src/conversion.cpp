@@ -40,8 +40,11 @@ std::array<NewDE, 8> convert_hex(const fe::HexCoords &X, const fe::HexCoords &x,
     de.omega = 0.5 * Vec3(L(2, 1) - L(1, 2), L(0, 2) - L(2, 0), L(1, 0) - L(0, 1));
 
     // A part of a trilinear hexahedron between natural coordinate planes is one itself.
-    fe::HexCoords eighth;
-    for (int m = 0; m < 8; ++m) eighth.col(m) = fe::interpolate(X, centre + 0.5 * corner_of(m));
+    fe::HexCoords eighth, now;
+    for (int m = 0; m < 8; ++m) {
+      eighth.col(m) = fe::interpolate(X, centre + 0.5 * corner_of(m));
+      now.col(m) = fe::interpolate(x, centre + 0.5 * corner_of(m));
+    }
     de.volume = fe::volume(eighth);
     de.radius = 0.5 * std::cbrt(de.volume);
     for (int s = 0; s < 6; ++s) {
@@ -51,6 +54,8 @@ std::array<NewDE, 8> convert_hex(const fe::HexCoords &X, const fe::HexCoords &x,
       de.face[s] = fe::interpolate(X, middle) - de.X;
       de.area_normal[s] = facet_area_vector(patch);
       de.area[s] = de.area_normal[s].norm();
+      for (int m = 0; m < 4; ++m) patch[m] = now.col(fe::hex_face[s][m]);
+      de.reach[s] = (fe::interpolate(x, middle) - de.x).dot(facet_area_vector(patch).normalized());
     }
   }
   return result;

@@ -82,12 +82,10 @@ std::array<PlannedDE, 8> ConversionPlan::births(const ConvertingHex &h, const He
         slot.corner = static_cast<signed char>(other);
       }
       if (slot.kind != PlannedSlot::FREE) continue;
-      const double area = eight[k].area[s];
-      const Vec3 normal = area > 0.0 ? Vec3(eight[k].area_normal[s] / area) : Vec3(Vec3::Zero());
-      const double distance = eight[k].face[s].dot(normal);
+      const double distance = eight[k].reach[s];
       if (de.outer_distance > 0.0 && distance >= de.outer_distance) continue;
       de.outer_distance = distance;
-      de.outer_area = area;
+      de.outer_area = eight[k].area[s];
     }
     if (de.outer_distance == 0.0) {
       de.outer_distance = eight[k].radius;

@@ -33,9 +33,15 @@ StableSteps discrete_steps(const HexCoords &X, const fe::IsotropicElastic &elast
   return steps;
 }
 
+double slenderness(const HexCoords &X)
+{
+  const auto lengths = fe::jacobian(X, Vec3::Zero()).colwise().norm();
+  return lengths.maxCoeff() / lengths.minCoeff();
+}
+
 MeshMeasure::MeshMeasure(std::vector<Part> parts, int types, bool exact) :
-    parts_(std::move(parts)), exact_(exact), radius_(types + 1, 0.0),
-    size_sums_(2 * parts_.size(), 0.0), known_(exact)
+    parts_(std::move(parts)), exact_(exact), radius_(types + 1, 0.0), part_sums_(parts_.size()),
+    known_(exact)
 {
 }
 
@@ -43,8 +49,10 @@ void MeshMeasure::add(int part, const HexCoords &X, double volume, double mass)
 {
   const Part &p = parts_[part];
   sizes_.add(X);
-  size_sums_[2 * part] += std::cbrt(volume);
-  size_sums_[2 * part + 1] += 1.0;
+  PartSums &sums = part_sums_[part];
+  sums.size += std::cbrt(volume);
+  sums.number += 1.0;
+  if (slenderness(X) > (1.0 + 1e-9) * slender_from) sums.slender += 1.0;
   if (!p.law->rigid()) {
     sizes_.add_force(X, p.law->elastic());
     const StableSteps its = steps_of(part, X, mass);

@@ -251,7 +251,7 @@ void DefeMesh::measure(DefeMeshDraft &mesh)
                    "points): they are used, but the mesh is poor there",
                    all_suspicious);
   reduce(measure);
-  set_shield_times(mesh, measure);
+  sum_up_parts(mesh, measure);
 }
 
 void DefeMesh::find_coordinates(const DefeMeshDraft &mesh, int first, int last,
@@ -337,16 +337,19 @@ void DefeMesh::reduce(const defe::MeshMeasure &measure)
                 static_cast<int>(de_radius_max.size()), MPI_DOUBLE, MPI_MAX, world);
 }
 
-void DefeMesh::set_shield_times(const DefeMeshDraft &mesh, const defe::MeshMeasure &measure)
+void DefeMesh::sum_up_parts(const DefeMeshDraft &mesh, const defe::MeshMeasure &measure)
 {
-  const auto &mine = measure.size_sums();
-  std::vector<double> all(mine.size());
-  MPI_Allreduce(mine.data(), all.data(), static_cast<int>(mine.size()), MPI_DOUBLE, MPI_SUM, world);
+  const auto &mine = measure.part_sums();
+  std::vector<defe::MeshMeasure::PartSums> all(mine.size());
+  static_assert(sizeof(all[0]) == 3 * sizeof(double), "three doubles");
+  MPI_Allreduce(&mine[0].size, &all[0].size, 3 * static_cast<int>(mine.size()), MPI_DOUBLE, MPI_SUM,
+                world);
   for (size_t p = 0; p < sys.model.parts.size(); p++) {
     const auto &m = sys.model.material_of(sys.model.parts[p]);
-    if (m.rigid() || all[2 * p + 1] == 0.0) continue;
+    sys.model.parts[p].slender += static_cast<bigint>(all[p].slender);
+    if (m.rigid() || all[p].number == 0.0) continue;
     const double mean = sys.model.reproducible ? mean_size(mesh.hex, static_cast<int>(p))
-                                               : all[2 * p] / all[2 * p + 1];
+                                               : all[p].size / all[p].number;
     sys.model.parts[p].shield_time =
         defe::shielding_time(mean, m.elastic().lambda(), m.elastic().mu(), m.elastic().rho);
   }

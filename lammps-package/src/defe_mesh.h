@@ -79,7 +79,7 @@ class DefeMesh : protected DefeComponent {
                         std::vector<defe::fe::HexCoords> &) const;
   bool check_element(const HexRecord &, const defe::fe::HexCoords &) const;
   void reduce(const defe::MeshMeasure &);
-  void set_shield_times(const DefeMeshDraft &, const defe::MeshMeasure &);
+  void sum_up_parts(const DefeMeshDraft &, const defe::MeshMeasure &);
   double mean_size(const std::vector<HexRecord *> &, int part) const;
 };
 

@@ -9,10 +9,16 @@
 #include "defe/exact_sum.h"
 
 #include <algorithm>
+#include <cstring>
 
 using namespace LAMMPS_NS;
 
 /* ---------------------------------------------------------------------- */
+
+bool DefeModel::enhanced(const DefePart &p) const
+{
+  return strcmp(material_of(p).law->elements(), "enhanced") == 0;
+}
 
 int DefeModel::find_part(const std::string &name) const
 {

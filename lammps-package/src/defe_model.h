@@ -42,6 +42,7 @@ struct DefePart {
   int type = 0;                // atom type of its DEs
   int group = 0;               // group its DEs join
   double shield_time = 0.0;    // tau = 3 h / c_d, from the mean element size
+  bigint slender = 0;          // elements much longer than thick, see MeshMeasure
   std::string start;           // region converted at step 0, "all", or empty
 };
 
@@ -78,6 +79,8 @@ struct DefeModel {
   {
     return materials[p.material];
   }
+  /** Its elements are enhanced ones. */
+  bool enhanced(const DefePart &) const;
   int find_part(const std::string &) const;
   bool any_convertible() const;
   /** Null: ties between these parts do not break. */

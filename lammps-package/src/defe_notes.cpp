@@ -16,6 +16,7 @@
 #include "force.h"
 #include "update.h"
 
+#include "defe/coupling/mesh_measure.h"
 #include "defe/fe/topology.h"
 
 #include <algorithm>
@@ -324,6 +325,7 @@ void DefeNotes::say_all()
   strengths();
   laws();
   collecting();
+  slender();
   bodies();
   untied();
 }
@@ -430,6 +432,28 @@ void DefeNotes::collecting()
       "use collect {} or less",
       sys.model.collect, names.size() > 1 ? "parts" : "part", listed(names), waits, way, room,
       std::max(1, static_cast<int>(sys.model.collect * room / way))));
+}
+
+/* ----------------------------------------------------------------------
+   DEs of flat elements are too stiff in bending, which enhanced elements are not
+------------------------------------------------------------------------- */
+
+void DefeNotes::slender()
+{
+  std::vector<std::string> names;
+  bigint count = 0;
+  for (const auto &p : sys.model.parts) {
+    if (!p.convertible || p.stress > sys.model.material_of(p).elastic().E) continue;
+    if (p.slender == 0 || !sys.model.enhanced(p)) continue;
+    names.push_back(p.name);
+    count += p.slender;
+  }
+  if (names.empty()) return;
+  say(fmt::format(
+      "{} elements of {} {} are more than {:.0f} times as long as thick: where they are bent and "
+      "convert, DEs store more energy than they did (3 times at 4:1), and bend less; use shorter "
+      "elements there, or plain ones",
+      count, names.size() > 1 ? "parts" : "part", listed(names), defe::MeshMeasure::slender_from));
 }
 
 /* ----------------------------------------------------------------------

@@ -29,6 +29,7 @@ class DefeNotes : protected DefeComponent {
   void strengths();
   void laws();
   void collecting();
+  void slender();
   void bodies();
   void balls(bool deformable);
   void untied();

@@ -293,6 +293,30 @@ TEST(Collecting, LongerThanACrackNeeds)
   EXPECT_EQ(converting("1e12 type 4 group particles collect 60"), Notes());
 }
 
+// ---- elements that are longer than thick ----
+
+TEST(Slender, ElementsThatConvert)
+{
+  const auto pane = [](const std::string &type, int layers, const std::string &stress) {
+    return notes_of(HEADER + "boundary f f f\n" + BOX + "pair_style defe/joint\n" +
+                    "pair_coeff 4 4 connective material cohesive 60e6 10 0.1 contact 0.9 0.2\n" +
+                    "group particles empty\nfix fe all defe material glass elastic 74e9 0.2 2500 " +
+                    type + " convert glass " + stress + " type 4 group particles contact 0.2\n" +
+                    "create_hexes fe glass 1 x 0 3 0.006 y 0 3 0.006 z 0 " +
+                    std::to_string(layers) +
+                    " 0.002\ngroup nodes type 1\nneighbor 3e-4 bin\ntimestep 1e-8\n" +
+                    "fix move1 nodes nve\nfix move2 particles nve/sphere\n");
+  };
+  EXPECT_EQ(pane("enhanced", 2, "56e6"), Notes());
+  EXPECT_EQ(
+      pane("enhanced", 3, "56e6"),
+      Notes{"27 elements of part glass are more than 2 times as long as thick: where they are "
+            "bent and convert, DEs store more energy than they did (3 times at 4:1), and bend "
+            "less; use shorter elements there, or plain ones"});
+  EXPECT_EQ(pane("plain", 3, "56e6"), Notes());
+  EXPECT_EQ(pane("enhanced", 3, "1e12"), Notes()) << "nothing shall convert";
+}
+
 // ---- cracks and mesh ----
 
 TEST(Laws, LatticeKnowsTheMesh)

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -287,6 +289,21 @@ TEST(ConversionPlan, NearestFreeFaceOfAFlatElement)
       EXPECT_NEAR(de.outer_area, 0.25, 1e-12);
     }
   }
+}
+
+// What presses on an element's face presses on that of its DEs, whatever they will be at rest.
+TEST(ConversionPlan, FreeFacesOfACompressedElement)
+{
+  const auto numbers = orientations().front();
+  const Pair pair(numbers, numbers);
+  const HexCoords X = pair.coords(0);
+  const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1.0, 2.0, 3.0).normalized()).toRotationMatrix();
+  const HexCoords x = turn * Vec3(1.01, 0.9, 1.02).asDiagonal() * X;
+  HexNeighbors alone{};
+  const ConversionPlan plan(base, {pair.converting(0)});
+  for (const auto &de :
+       plan.births(pair.converting(0), alone, convert_hex(X, x, HexCoords::Zero(), 1.0)))
+    EXPECT_NEAR(de.outer_distance, 0.9 * 0.25, 1e-15);
 }
 
 TEST(ConversionPlan, AroundAnElementEachOnce)

@@ -94,10 +94,23 @@ namespace {
     add(m, 0, box(1.0, 1.0, 8.0));
     add(m, 0, box(1.0, 1.0, 1.0));
     add(m, 2, box(3.0, 3.0, 3.0));
-    EXPECT_DOUBLE_EQ(m.size_sums()[0], 3.0);
-    EXPECT_EQ(m.size_sums()[1], 2.0);
-    EXPECT_EQ(m.size_sums()[3], 0.0);
-    EXPECT_DOUBLE_EQ(m.size_sums()[4], 3.0);
+    EXPECT_DOUBLE_EQ(m.part_sums()[0].size, 3.0);
+    EXPECT_EQ(m.part_sums()[0].number, 2.0);
+    EXPECT_EQ(m.part_sums()[1].number, 0.0);
+    EXPECT_DOUBLE_EQ(m.part_sums()[2].size, 3.0);
+  }
+
+  TEST(MeshMeasure, ElementsMuchLongerThanThick)
+  {
+    EXPECT_DOUBLE_EQ(slenderness(box(3.0, 1.5, 1.0)), 3.0);
+    auto m = measure();
+    add(m, 0, box(2.0, 2.0, 1.0));    // not yet
+    add(m, 0, box(1.0, 2.1, 2.0));
+    add(m, 1, box(1.0, 1.0, 8.0));
+    add(m, 1, box(1.0, 8.0, 8.0));
+    EXPECT_EQ(m.part_sums()[0].slender, 1.0);
+    EXPECT_EQ(m.part_sums()[1].slender, 2.0);
+    EXPECT_EQ(m.part_sums()[2].slender, 0.0);
   }
 
   // Elements that differ by rounding only: whichever comes first, the steps are the same bits.

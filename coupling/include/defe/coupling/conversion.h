@@ -34,6 +34,7 @@ struct NewDE {
   Vec3 face[6];     ///< reference vector from X to the middle of the quarter patch of the slot
   Vec3 area_normal[6];    ///< reference area vector of the patch, out along the slot
   double area[6];         ///< its length
+  double reach[6];        ///< from x to the patch, along its normal, in the current shape
   int node;               ///< k, the corner of the element that it belongs to
 };
 

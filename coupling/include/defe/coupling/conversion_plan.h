@@ -51,7 +51,8 @@ struct PlannedDE {
   std::int64_t id;
   PlannedSlot slot[6];
   /// Where it ends for spheres and for facets of other parts: distance and area of the nearest of its free faces,
-  /// so that spheres of flat cells do not stand out of their surface; else its radius and the face of a cube.
+  /// so that spheres of flat cells do not stand out of their surface, nor those of compressed elements; else its radius and
+  /// the face of a cube.
   double outer_distance, outer_area;
 };
 
