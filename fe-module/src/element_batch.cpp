@@ -81,6 +81,18 @@ void ElementBatch::add(const std::array<int, 8> &nodes, double *history,
   if (stress_free) own_X_.insert(own_X_.end(), stress_free->data(), stress_free->data() + 24);
 }
 
+void ElementBatch::remove(int e)
+{
+  const auto drop = [e](auto &list, size_t each) {
+    if (list.empty()) return;
+    std::copy(list.end() - each, list.end(), list.begin() + each * e);
+    list.resize(list.size() - each);
+  };
+  drop(node_, 1);
+  drop(history_, 1);
+  drop(own_X_, 24);
+}
+
 void ElementBatch::finish()
 {
   if (node_.capacity() > node_.size() + node_.size() / 4) node_.shrink_to_fit();

@@ -353,7 +353,11 @@ void DefeConversion::update_beside(const defe::ConversionPlan &plan)
         continue;
       HexRecord &h = *b.hex[e];
       if (plan.converting(h.id)) continue;
-      for (tagint &nb : h.nb) nb = static_cast<tagint>(plan.behind_now(nb));
+      for (tagint &nb : h.nb) {
+        const auto now = static_cast<tagint>(plan.behind_now(nb));
+        if (now != nb) sys.store.touch(idx[0]);
+        nb = now;
+      }
       if (b.convertible && sys.model.shield) add_shields(plan, h, idx);
     }
 }
@@ -501,8 +505,10 @@ bigint DefeConversion::remove_converted(const Draft &c)
 {
   sys.ghosts.reverse(loss, 2);
   take_losses();
+  atom->map_clear();    // before atoms go: LAMMPS clears the places of those only that it has
   for (const auto &o : c.own) {
     auto &list = sys.store.hexes((*o.idx)[0]);
+    sys.store.touch((*o.idx)[0]);
     list.erase(std::find_if(list.begin(), list.end(), [&o](const HexRecord &h) {
       return h.id == o.planned->id;
     }));
@@ -573,6 +579,7 @@ bigint DefeConversion::delete_nodes()
 
 void DefeConversion::create_des(const Draft &c)
 {
+  born_from = atom->nlocal;
   for (const auto &b : c.births) {
     const DefePart &p = sys.model.parts[b.part];
     double xnew[3] = {b.de.x[0], b.de.x[1], b.de.x[2]};
@@ -615,7 +622,7 @@ void DefeConversion::create_des(const Draft &c)
 }
 
 /* ----------------------------------------------------------------------
-   totals, and the atom map; local indices are invalid until the next reneighbouring
+   totals; local indices are invalid until the next reneighbouring, and the map of atoms is empty: borders() fills it
 ------------------------------------------------------------------------- */
 
 void DefeConversion::finish(bigint converted, bigint nodes_gone)
@@ -636,8 +643,7 @@ void DefeConversion::finish(bigint converted, bigint nodes_gone)
   sys.census.convert(all[1], all[2]);
   if (all[1] > 0) sys.account.note_conversion();
   atom->nghost = 0;
-  atom->map_init();
-  atom->map_set();
+  make_room_in_map();
   if (all[3]) {
     domain->pbc();
     if (domain->nonperiodic == 2) domain->reset_box();
@@ -647,4 +653,32 @@ void DefeConversion::finish(bigint converted, bigint nodes_gone)
 
   marked.converting = {};
   sys.tables.forget();
+}
+
+/* ----------------------------------------------------------------------
+   Of LAMMPS' map: what exchange() and borders() take for granted, and no more, since filling it takes a pass over all atoms.
+   It has a number for each local atom, and by array a place for each ID.
+------------------------------------------------------------------------- */
+
+namespace {
+
+struct MapOfAtoms : Atom {    // for a member that is protected
+  static int room(const Atom *atom) { return atom->*(&MapOfAtoms::max_same); }
+};
+
+}    // namespace
+
+void DefeConversion::make_room_in_map()
+{
+  if (atom->map_style == Atom::MAP_ARRAY) {
+    tagint mine = 0, highest = 0;
+    for (int i = born_from; i < atom->nlocal; i++) mine = MAX(mine, atom->tag[i]);
+    MPI_Allreduce(&mine, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, world);
+    if (highest > atom->map_tag_max) {
+      const tagint ahead = highest + highest / 8;
+      atom->map_tag_max = ahead < MAXSMALLINT ? ahead : highest;
+      atom->map_init(0);
+    }
+  }
+  if (atom->nlocal > MapOfAtoms::room(atom)) atom->map_set();
 }

@@ -61,6 +61,8 @@ class DefeConversion : protected DefeComponent {
   bigint delete_nodes();
   void create_des(const Draft &);
   void finish(bigint converted, bigint nodes_gone);
+  void make_room_in_map();
+  int born_from = 0;    // local atoms from here on are DEs of this conversion
 
   /** Elements that convert, with their nodes. */
   class Marked : public DefeMessage {

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 using namespace LAMMPS_NS;
 using defe::Mat3;
@@ -39,24 +40,149 @@ DefeElements::DefeElements(DefeSystem &system) : DefeComponent(system), finite(s
 
 void DefeElements::build()
 {
+  if (repairable())
+    repair();
+  else
+    list_all();
+  for (auto &b : all) {
+    if (b.hex.capacity() > b.hex.size() + b.hex.size() / 4) b.hex.shrink_to_fit();
+    b.finish();
+  }
+  listed = atom->nlocal;
+  sys.store.settle();
+}
+
+/* ----------------------------------------------------------------------
+   A conversion changes a few atoms: all others have the places that they had. Not so if atoms were sorted or many have
+   come. In a periodic box another image of a node may have become the nearest one.
+------------------------------------------------------------------------- */
+
+bool DefeElements::repairable() const
+{
+  return listed >= 0 && domain->nonperiodic && !domain->xperiodic && !domain->yperiodic &&
+      !domain->zperiodic && sys.store.changed().size() < static_cast<size_t>(atom->nlocal / 8);
+}
+
+void DefeElements::list_all()
+{
   clear();
   const HexRecord *lost = nullptr;
   const int nlocal = atom->nlocal;
   for (int i = 0; i < nlocal; i++) {
     if (i + 6 < nlocal) prefetch(sys.store.hexes(i + 6).data());
-    for (auto &h : sys.store.hexes(i)) {
-      std::array<int, 8> idx;
-      if (local_hex(h, i, idx.data()))
-        add(h, idx);
-      else
-        lost = &h;
-    }
+    if (const HexRecord *one = list_of(i)) lost = one;
   }
   if (lost) stop_lost(*lost);
-  for (auto &b : all) {
-    if (b.hex.capacity() > b.hex.size() + b.hex.size() / 4) b.hex.shrink_to_fit();
-    b.finish();
+}
+
+/** Elements of atom i; one that has a node that is not here, if there is one. */
+const HexRecord *DefeElements::list_of(int i)
+{
+  const HexRecord *lost = nullptr;
+  for (auto &h : sys.store.hexes(i)) {
+    std::array<int, 8> idx;
+    if (local_hex(h, i, idx.data()))
+      add(h, idx);
+    else
+      lost = &h;
   }
+  return lost;
+}
+
+/* ----------------------------------------------------------------------
+   elements with a node whose place has another atom now, or is that of a ghost, are listed anew, and those that begin
+   at the same atom
+------------------------------------------------------------------------- */
+
+void DefeElements::repair()
+{
+  const int limit = MIN(listed, atom->nlocal);
+  anew.assign(limit, 0);
+  std::vector<int> anchors;    // atoms whose elements are listed anew
+  for (int i : sys.store.changed()) {
+    if (i < limit) anew[i] = 1;
+    if (i < atom->nlocal) anchors.push_back(i);
+  }
+  for (const auto &b : all)
+    for (int e = 0; e < b.size(); e++) {
+      const auto &idx = b.nodes(e);
+      bool other = false;
+      for (int i : idx) other = other || i >= limit || sys.store.changed(i);
+      if (!other || idx[0] >= limit || anew[idx[0]]) continue;
+      anew[idx[0]] = 1;
+      anchors.push_back(idx[0]);
+    }
+  drop(limit);
+
+  std::sort(anchors.begin(), anchors.end());
+  const HexRecord *lost = nullptr;
+  for (int i : anchors)
+    if (const HexRecord *one = list_of(i)) lost = one;
+  if (lost) stop_lost(*lost);
+}
+
+void DefeElements::drop(int limit)
+{
+  std::map<std::pair<int, int>, int> now;    // elements that go: -1, or have another place
+  for (size_t k = 0; k < all.size(); k++) {
+    DefeBatch &b = all[k];
+    const int batch = static_cast<int>(k);
+    std::map<int, int> from;    // where what is at a place was at first
+    for (int e = b.size() - 1; e >= 0; e--) {
+      const int anchor = b.nodes(e)[0];
+      if (anchor < limit && !anew[anchor]) continue;
+      now[{batch, e}] = -1;
+      const int end = b.size() - 1;
+      if (end != e) {
+        const auto moved = from.find(end);
+        from[e] = moved == from.end() ? end : moved->second;
+        now[{batch, from[e]}] = e;
+      }
+      b.remove(e);
+    }
+  }
+  for (auto *list : {&exposed_, &marked_}) {
+    size_t n = 0;
+    for (const auto &one : *list) {
+      const auto found = now.find(one);
+      const int e = found == now.end() ? one.second : found->second;
+      if (e >= 0) (*list)[n++] = {one.first, e};
+    }
+    list->resize(n);
+  }
+}
+
+void DefeElements::check() const
+{
+  size_t records = 0, listed_here = 0, bare = 0, to_convert = 0;
+  const auto is_bare = [](const HexRecord &h) {
+    return std::any_of(std::begin(h.nb), std::end(h.nb), [](tagint nb) {
+      return nb <= 0;
+    });
+  };
+  for (int i = 0; i < atom->nlocal; i++) records += sys.store.hexes(i).size();
+  for (const auto &b : all)
+    for (int e = 0; e < b.size(); e++) {
+      const HexRecord &h = *b.hex[e];
+      const int i = b.nodes(e)[0];
+      const auto &its = sys.store.hexes(i);
+      int idx[8];
+      const bool same = i < atom->nlocal && !its.empty() && &h >= its.data() &&
+          &h < its.data() + its.size() && local_hex(h, i, idx) &&
+          std::equal(idx, idx + 8, b.nodes(e).begin());
+      if (!same)
+        error->one(FLERR, "Fix defe at step {}: element {} of the table is not that of its atom",
+                   update->ntimestep, e);
+      listed_here++;
+      bare += is_bare(h);
+      to_convert += h.marked != 0;
+    }
+  if (records != listed_here || bare != exposed_.size() || to_convert != marked_.size())
+    error->one(
+        FLERR,
+        "Fix defe at step {}: {} elements are listed, {} with free faces, {} to convert: there "
+        "are {}, {}, {}",
+        update->ntimestep, listed_here, exposed_.size(), marked_.size(), records, bare, to_convert);
 }
 
 void DefeElements::add(HexRecord &h, const std::array<int, 8> &idx)
@@ -127,15 +253,13 @@ void DefeElements::unmark_all()
   marked_.clear();
 }
 
-void DefeElements::forget()
-{
-  clear();
-}
-
 void DefeElements::forget_kernels()
 {
   history_read = history_most();
   all.clear();
+  exposed_.clear();
+  marked_.clear();
+  listed = -1;
 }
 
 int DefeElements::history_most() const

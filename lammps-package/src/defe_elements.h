@@ -28,6 +28,12 @@ struct DefeBatch : defe::fe::ElementBatch {
   DefeBatch(const DefePart &, int part, const defe::fe::MaterialLaw &,
             const defe::fe::KernelChoice &);
   std::vector<HexRecord *> hex;
+  void remove(int e)    // as in ElementBatch
+  {
+    ElementBatch::remove(e);
+    hex[e] = hex.back();
+    hex.pop_back();
+  }
   bool convertible;
   defe::fe::StressBound bound_weights;    // of the criterion, if convertible
 };
@@ -47,8 +53,10 @@ class DefeElements : protected DefeComponent {
   int history_most() const;    // doubles of material history that an element has
   void look_at_histories();
 
-  void build();             // with the neighbour lists
-  void forget();            // local indices are invalid
+  void build();    // with the neighbour lists
+  /** Of the tables that there are only those of some atoms need to be made anew. */
+  bool repairable() const;
+  void check() const;       // that a table made anew would be the same, but for its order
   void forget_kernels();    // elements look theirs up again
 
   bool local_hex(const HexRecord &, int anchor, int *idx) const;
@@ -76,8 +84,14 @@ class DefeElements : protected DefeComponent {
   std::vector<std::pair<int, int>> exposed_, marked_;
   std::vector<double> scratch;
   int history_read = 0;
+  int listed = -1;    // local atoms when the tables were made; -1: they are not to be used
+  std::vector<char> anew;
 
   void clear();
+  void list_all();
+  void repair();
+  void drop(int limit);
+  const HexRecord *list_of(int i);
   int batch_of(int part, const defe::fe::HexCoords &X, const defe::Mat3 *prestress);
   void add(HexRecord &, const std::array<int, 8> &idx);
   void stop_lost(const HexRecord &) const;

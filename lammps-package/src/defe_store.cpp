@@ -270,17 +270,34 @@ void DefeStore::add_field(DefeField *field)
 void DefeStore::grow(int n)
 {
   for (auto *field : fields) field->grow(n);
+  changed_at.resize(n, 0);
+}
+
+void DefeStore::touch(int i)
+{
+  if (changed_at[i]) return;
+  changed_at[i] = 1;
+  changed_list.push_back(i);
+}
+
+void DefeStore::settle()
+{
+  for (int i : changed_list)
+    if (i < static_cast<int>(changed_at.size())) changed_at[i] = 0;
+  changed_list.clear();
 }
 
 void DefeStore::move(int from, int to)
 {
   for (auto *field : fields) field->move(from, to);
+  touch(to);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void DefeStore::clear(int i)
 {
+  touch(i);
   contacts.of[i].reset();
   sys.kept.clear(i);
   sys.strengths.clear(i);
@@ -302,6 +319,7 @@ void DefeStore::clear(int i)
 
 void DefeStore::forget(int i)
 {
+  touch(i);
   hexes(i).clear();
   des.of[i].reset();
   contacts.of[i].reset();
@@ -374,6 +392,7 @@ int DefeStore::pack(int i, double *buf) const
 int DefeStore::unpack(int i, const double *buf)
 {
   int m = 1;
+  touch(i);
   for (auto *field : fields) m += field->unpack(i, &buf[m]);
   return m;
 }

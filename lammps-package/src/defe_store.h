@@ -68,6 +68,14 @@ class DefeStore : protected DefeComponent {
   AtomContacts *contacts_of(int i) const { return contacts.of[i].get(); }
   AtomContacts &contacts_at(int i);
 
+  // what has changed since settle(): tables of local indices need to be made anew there only
+
+  /** Places of which the atom or the list of its elements is another one; in any order. */
+  const std::vector<int> &changed() const { return changed_list; }
+  bool changed(int i) const { return changed_at[i] != 0; }
+  void touch(int i);
+  void settle();
+
   void grow(int n);
   void move(int from, int to);
   /** For a new atom. */
@@ -133,6 +141,9 @@ class DefeStore : protected DefeComponent {
     int most() const override;
   } elements;
   std::vector<DefeField *> fields;
+
+  std::vector<char> changed_at;    // by atom
+  std::vector<int> changed_list;
 
   bool reading = false;
   std::vector<char>

@@ -35,6 +35,7 @@ void DefeTables::build()
   built_++;
   sys.account.forget();
   if (sys.model.checking) {
+    sys.elements.check();
     sys.audit.records("after reneighbouring");
     sys.audit.masses();
   }
@@ -42,7 +43,6 @@ void DefeTables::build()
 
 void DefeTables::forget()
 {
-  sys.elements.forget();
   sys.joints.clear();
   sys.surface.forget();
 }
@@ -57,7 +57,8 @@ void DefeTables::update_frames()
   const int nall = nlocal + atom->nghost;
   const auto at_home = (static_cast<imageint>(IMGMAX) << IMG2BITS) |
       (static_cast<imageint>(IMGMAX) << IMGBITS) | IMGMAX;
-  for (int i = 0; i < nlocal; i++) {
+  const bool known = sys.elements.repairable();    // no images, and new atoms have brought it along
+  for (int i = 0; i < nlocal && !known; i++) {
     double *X = sys.store.x_frame(i);
     for (int k = 0; k < 3; k++) X[k] = sys.store.x_ref(i)[k];
     if (atom->image[i] != at_home) domain->unmap_inv(X, atom->image[i]);

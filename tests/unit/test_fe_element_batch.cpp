@@ -208,6 +208,43 @@ namespace {
     EXPECT_EQ(b.longest(x, 0.0, 5.0), 5.0);
   }
 
+  // Whatever an element brought goes and moves with it: nodes, history, stress-free shape.
+  TEST(ElementBatch, TheLastTakesThePlaceOfOneThatIsRemoved)
+  {
+    Mat3 stress = Mat3::Identity();
+    const HexCoords X = box(1.0, 1.0, 1.0);
+    KernelRules rules;
+    rules.own_stress = true;
+    ElementBatch b(0, *glass, KernelChoice(*glass, X, rules, &stress));
+    ASSERT_TRUE(b.own_reference());
+    double history[4];
+    const auto nodes = [](int e) {
+      std::array<int, 8> list;
+      for (int a = 0; a < 8; a++) list[a] = 8 * e + a;
+      return list;
+    };
+    for (int e = 0; e < 4; e++) {
+      const HexCoords shape = (1.0 + e) * X;
+      b.add(nodes(e), &history[e], &shape);
+    }
+    const auto expect = [&](const std::vector<int> &list) {
+      ASSERT_EQ(b.size(), static_cast<int>(list.size()));
+      for (int e = 0; e < b.size(); e++) {
+        EXPECT_EQ(b.nodes(e), nodes(list[e]));
+        EXPECT_EQ(b.reference(e), HexCoords((1.0 + list[e]) * X));
+      }
+    };
+    b.remove(1);
+    expect({0, 3, 2});
+    b.remove(2);
+    expect({0, 3});
+    b.remove(0);
+    expect({3});
+    b.remove(0);
+    expect({});
+    EXPECT_FALSE(b.has_histories());
+  }
+
   TEST(ElementBatch, ClearedItIsEmptyAndKeepsItsKernel)
   {
     Pair pair;

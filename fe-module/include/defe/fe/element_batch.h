@@ -65,6 +65,8 @@ class ElementBatch {
   /// \param stress_free  shape, if own_reference()
   void add(const std::array<int, 8> &nodes, double *history,
            const HexCoords *stress_free = nullptr);
+  /// The last element takes the place of element e.
+  void remove(int e);
   /// After the last one: gives back memory that is far too much, and bounds are 0.
   void finish();
 
