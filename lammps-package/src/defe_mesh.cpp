@@ -346,6 +346,7 @@ void DefeMesh::sum_up_parts(const DefeMeshDraft &mesh, const defe::MeshMeasure &
                 world);
   for (size_t p = 0; p < sys.model.parts.size(); p++) {
     const auto &m = sys.model.material_of(sys.model.parts[p]);
+    sys.model.parts[p].elements += static_cast<bigint>(all[p].number);
     sys.model.parts[p].slender += static_cast<bigint>(all[p].slender);
     if (m.rigid() || all[p].number == 0.0) continue;
     const double mean = sys.model.reproducible ? mean_size(mesh.hex, static_cast<int>(p))

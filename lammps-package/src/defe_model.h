@@ -42,7 +42,8 @@ struct DefePart {
   int type = 0;                // atom type of its DEs
   int group = 0;               // group its DEs join
   double shield_time = 0.0;    // tau = 3 h / c_d, from the mean element size
-  bigint slender = 0;          // elements much longer than thick, see MeshMeasure
+  bigint elements = 0;         // when its mesh was made
+  bigint slender = 0;          // of these, much longer than thick, see MeshMeasure
   std::string start;           // region converted at step 0, "all", or empty
 };
 

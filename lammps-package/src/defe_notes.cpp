@@ -435,7 +435,7 @@ void DefeNotes::collecting()
 }
 
 /* ----------------------------------------------------------------------
-   DEs of flat elements are too stiff in bending, which enhanced elements are not
+   DEs of flat elements are too stiff in bending, which enhanced elements are not. A few in a free mesh do no harm.
 ------------------------------------------------------------------------- */
 
 void DefeNotes::slender()
@@ -444,13 +444,13 @@ void DefeNotes::slender()
   bigint count = 0;
   for (const auto &p : sys.model.parts) {
     if (!p.convertible || p.stress > sys.model.material_of(p).elastic().E) continue;
-    if (p.slender == 0 || !sys.model.enhanced(p)) continue;
+    if (10 * p.slender <= p.elements || !sys.model.enhanced(p)) continue;
     names.push_back(p.name);
     count += p.slender;
   }
   if (names.empty()) return;
   say(fmt::format(
-      "{} elements of {} {} are more than {:.0f} times as long as thick: where they are bent and "
+      "{} elements of {} {} are more than {:g} times as long as thick: where they are bent and "
       "convert, DEs store more energy than they did (3 times at 4:1), and bend less; use shorter "
       "elements there, or plain ones",
       count, names.size() > 1 ? "parts" : "part", listed(names), defe::MeshMeasure::slender_from));

@@ -309,12 +309,12 @@ TEST(Slender, ElementsThatConvert)
   };
   EXPECT_EQ(pane("enhanced", 2, "56e6"), Notes());
   EXPECT_EQ(
-      pane("enhanced", 3, "56e6"),
-      Notes{"27 elements of part glass are more than 2 times as long as thick: where they are "
+      pane("enhanced", 4, "56e6"),
+      Notes{"36 elements of part glass are more than 2.5 times as long as thick: where they are "
             "bent and convert, DEs store more energy than they did (3 times at 4:1), and bend "
             "less; use shorter elements there, or plain ones"});
-  EXPECT_EQ(pane("plain", 3, "56e6"), Notes());
-  EXPECT_EQ(pane("enhanced", 3, "1e12"), Notes()) << "nothing shall convert";
+  EXPECT_EQ(pane("plain", 4, "56e6"), Notes());
+  EXPECT_EQ(pane("enhanced", 4, "1e12"), Notes()) << "nothing shall convert";
 }
 
 // ---- cracks and mesh ----
