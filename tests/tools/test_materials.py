@@ -125,14 +125,33 @@ print "energy $(f_fe[9])"
         self.assertLess(sum(squares) / len(squares), 0.09**2)
 
     def test_the_shift_is_that_of_williams_landel_and_ferry(self):
-        at_20 = {name: words(20)[name] for name in ("pvb", "ionomer")}
+        shifts = {"pvb": (20.7, 91.1), "ionomer": (27.0, 80.0), "eva": (339.102, 1185.816)}
+        at_20 = {name: words(20)[name] for name in shifts}
         for temperature in (-20, 0, 23, 50):
             now = words(temperature)
-            for name, C1, C2 in (("pvb", 20.7, 91.1), ("ionomer", 27.0, 80.0)):
+            for name, (C1, C2) in shifts.items():
                 shift = 10.0**(-C1 * (temperature - 20.0) / (C2 + temperature - 20.0))
                 for time in (1e-4, 1.0):
                     expected = modulus(at_20[name], time / shift)
                     self.assertAlmostEqual(modulus(now[name], time) / expected, 1.0, delta=1e-6)
+
+    def test_eva_has_the_moduli_of_its_series(self):
+        # relaxation times of 1e-9 to 1e12 s at 20 C, moduli in kPa, and what never relaxes
+        G = (6933.9, 3898.6, 2289.2, 1672.7, 761.6, 2401.0, 65.2, 248.0, 575.6, 56.3, 188.6, 445.1, 300.1, 401.6, 348.1, 111.6,
+             127.2, 137.8, 50.5, 322.9, 100.0, 199.9)
+        for time in (1e-8, 1e-4, 1.0, HOUR, DAY):
+            series = 682.18 + sum(g * math.exp(-min(time / 10.0**(k - 9), 700.0)) for k, g in enumerate(G))
+            self.assertAlmostEqual(modulus(words(20)["eva"], time) / (1e-3 * series), 1.0, delta=1e-6, msg=f"{time} s")
+
+    def test_the_table_of_the_page_has_the_moduli_of_the_file(self):
+        text = PAGE.read_text()
+        table = text[text.index("- Temperature (C)"):text.index("The series of PVB")]
+        for temperature in (-20, 0, 23, 50):
+            row = re.search(rf"\* - {temperature}\n((?:     - \S+\n)+)", table)[1].replace("-", " ").split()
+            printed = [float(w) for w in row]
+            series = [modulus(words(temperature)[name], time) for name in ("pvb", "ionomer", "eva") for time in (1e-4, 1.0)]
+            for a, b in zip(printed, series, strict=True):
+                self.assertAlmostEqual(a / b, 1.0, delta=0.02, msg=f"{temperature} C")
 
     def test_it_is_23_degrees_if_nothing_is_said(self):
         self.assertEqual(words(), words(23))
@@ -167,6 +186,13 @@ print "energy $(f_fe[9])"
             for word, expected in ((value[name][1], 21.5e9 * (fcm / 10.0)**(1.0 / 3.0)), (value[name + "_convert"][0], 1e6 * fctm),
                                    (value[name + "_joint"][1], 1e6 * fctm), (value[name + "_joint"][2], 73.0 * fcm**0.18)):
                 self.assertAlmostEqual(float(word) / expected, 1.0, delta=0.005, msg=name)
+
+    def test_uhpc_is_within_what_is_printed(self):
+        value = words()
+        self.assertTrue(50e9 <= float(value["concrete_uhpc"][1]) <= 75e9)
+        self.assertEqual(float(value["concrete_uhpc_convert"][0]), 10e6)
+        self.assertEqual(value["concrete_uhpc_joint"][1], value["concrete_uhpc_convert"][0])
+        self.assertEqual(float(value["concrete_uhpc_joint"][2]), 0.5 * 40000.0)
 
 
 if __name__ == "__main__":
