@@ -16,7 +16,7 @@ if [[ $variant != float ]]; then
 fi
 out=output/$variant
 fresh "$out"
-rm -f "$out"/{events,force}.*.txt "$out"/log.lammps.* "$out"/screen.* tmp.lammps.variable*
+rm -f "$out"/{events,force}.*.txt "$out"/flaws.*.dump "$out"/log.lammps.* "$out"/screen.* tmp.lammps.variable*
 options=(-plog "$out/log.lammps" -pscreen none)
 if ((DEFE_NP > 1)); then options+=(-partition "${DEFE_NP}x1"); else options=(); fi
 simulate in.four_point_bending "$out" "${options[@]}" "$@"

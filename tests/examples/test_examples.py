@@ -148,6 +148,7 @@ class Example(unittest.TestCase):
         self.assertEqual(s["specimens"], 6)
         self.assertTrue(60.0 < s["least_MPa"] < s["mean_MPa"] < s["most_MPa"] < 140.0, s)
         self.assertLess(s["kolmogorov"], 1.63)    # of all samples of this distribution 99 % are below
+        self.assertAlmostEqual(s["over_drawn"], 1.0, delta=0.02)    # each breaks at its weakest element
         self.assertGreater((folder / "output/float/strength.png").stat().st_size, 10000)
 
     def test_tempered_pane(self):
