@@ -63,6 +63,34 @@ class Cylinder(unittest.TestCase):
             self.assertEqual(len(np.unique(bar.X.round(9), axis=0)), len(bar.X))
 
 
+class Sphere(unittest.TestCase):
+    def test_is_round_and_sound(self):
+        balls = manual.load("contact_chung_ooi").balls
+        for how in (0.0, 2.5):
+            X, hexes = unit = balls.sphere(4, 4, how)
+            x = X[hexes]
+            corners = ((0, 1, 3, 4), (1, 2, 0, 5), (2, 3, 1, 6), (3, 0, 2, 7), (4, 7, 5, 0), (5, 4, 6, 1), (6, 5, 7, 2), (7, 6, 4, 3))
+            volumes = np.array([np.linalg.det(x[:, [a, b, c]] - x[:, [o]]) for o, a, b, c in corners])
+            self.assertGreater(volumes.min(), 0.0)
+            self.assertAlmostEqual(volumes.mean(axis=0).sum() / (4.0 / 3.0 * math.pi), 1.0, delta=0.05)
+            self.assertEqual(len(np.unique(X.round(9), axis=0)), len(X))
+            self.assertGreater(balls.shortest_edge(unit), 0.01)
+            self.assertAlmostEqual(np.linalg.norm(X, axis=1).max(), 1.0, delta=1e-12)
+
+    def test_hertz_is_as_published(self):
+        force, overlap, time = (case := manual.load("contact_chung_ooi")).hertz(*case.NORMAL["1, glass"])
+        self.assertAlmostEqual(1e-3 * force, 10.70, delta=0.005)
+        self.assertAlmostEqual(1e6 * overlap, 274.0, delta=0.5)
+        self.assertAlmostEqual(1e6 * time, 40.3, delta=0.05)
+
+
+class Logs(unittest.TestCase):
+    def test_processor_time_is_that_of_all_runs(self):
+        run = "Loop time of {} on 1 procs for 10 steps with 8 atoms\n\nPerformance: 1 ns/day\n{}% CPU use with 1 MPI tasks x 1 OpenMP threads\n"
+        self.assertAlmostEqual(manual.processor_seconds("Step\n" + run.format("8.0", "50.0") + "text\n" + run.format("2", "99.5")), 5.99)
+        self.assertEqual(manual.processor_seconds("nothing"), 0.0)
+
+
 class Verdicts(unittest.TestCase):
     def test_bounds(self):
         a = manual.Accept("x", "s", target=10.0, tolerance=1.0)

@@ -17,13 +17,15 @@ import json
 import math
 import os
 import re
+import resource
+import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[2]
+RESULT = "result.json"    # of a case, in its folder of results
 sys.path[:0] = [str(HERE), str(ROOT / "python")]
 import defe  # noqa: E402
 
@@ -67,6 +69,12 @@ def number(value, digits=3):
     return "-" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
 
 
+def processor_seconds(log):
+    """Of all runs in the text of a log file of one rank: what else the machine does hardly changes it."""
+    loops = re.findall(r"^Loop time of (\S+) on .*?^(\S+)% CPU use", log, re.M | re.S)
+    return sum(0.01 * float(seconds) * float(share) for seconds, share in loops)
+
+
 class Energies(defe.Table):
     """A file of fix ave/time with fix defe's vector: columns by name, and how well they are conserved."""
 
@@ -92,8 +100,7 @@ class Session:
         self.out = options.out / name
         self.out.mkdir(parents=True, exist_ok=True)
         for old in self.out.iterdir():
-            if old.is_file():
-                old.unlink()
+            shutil.rmtree(old) if old.is_dir() else old.unlink()
         self.shown = []    # (kind, ...) in the order of the page
         self.loops = {}
 
@@ -114,7 +121,7 @@ class Session:
         log = defe.read_log(self.path(name + ".log"))    # whose message has LAMMPS' error
         if done.returncode:
             raise defe.InputError(f"LAMMPS failed in {self.name}: {log.errors[0] if log.errors else name + '.log'}")
-        self.loops[name] = log.seconds
+        self.loops[name] = processor_seconds(self.path(name + ".log").read_text())
 
     def all(self, function, items):
         """function(item) for all items, as many at a time as there are cores."""
@@ -122,7 +129,9 @@ class Session:
             return list(pool.map(function, items))
 
     def energies(self, name):
-        return Energies(self.path(name + ".energies"))
+        """Of a run of a case, or of an example, which has a folder of results."""
+        file = self.path(name + ".energies")
+        return Energies(file if file.exists() else self.path(name) / "energies.txt")
 
     def text(self, words):
         self.shown.append(("text", words))
@@ -231,11 +240,15 @@ def acceptance_table(rows):
     return html_table(table, classes)
 
 
+def when(r):
+    """When a case was run, and how."""
+    return (f"Run on {r['date']}{' with finer meshes (--fine)' if r['fine'] else ''}: {r['processor_seconds']:.0f} s of processor time.")
+
+
 def page(results, out):
     parts = [f"<!doctype html><meta charset='utf-8'><title>DEFE: verification</title><style>{STYLE}</style>",
              "<h1>DEFE held against published results</h1>",
-             f"<p>Made by <code>tests/verify.sh</code> on {datetime.date.today().isoformat()}. Red: not within the published figure; "
-             "yellow: nor is the source certain.</p>"]
+             "<p>Made by <code>tests/verify.sh</code>. Red: not within the published figure; yellow: nor is the source certain.</p>"]
     for name, r in results.items():
         parts.append(f"<h2 id='{name}'>{html.escape(r['title'])}</h2>")
         parts.append(markdown(re.sub(r"\A# .*\n", "", (HERE / name / "README.md").read_text())))
@@ -247,7 +260,7 @@ def page(results, out):
                 parts.append(f"<p>{inline(what[0])}</p>" + html_table(what[1]))
             else:
                 parts.append(f"<figure><img src='{what[0]}' alt=''><figcaption>{inline(what[1])}</figcaption></figure>")
-        parts.append(f"<p>{r['seconds']:.0f} s on {os.cpu_count()} cores.</p>")
+        parts.append(f"<p>{when(r)}</p>")
     (out / "index.html").write_text("\n".join(parts) + "\n")
 
 
@@ -304,6 +317,8 @@ def rst_csv(rows, indent="   "):
 
 def rst_page(results, out):
     doc = ROOT / "lammps-package" / "doc"
+    for old in doc.glob("Howto_defe_verification_*.png"):
+        old.unlink()
     parts = [RST_HEAD]
     for name, r in results.items():
         parts.append(f"{r['title']}\n{chr(34) * len(r['title'])}\n")
@@ -320,7 +335,27 @@ def rst_page(results, out):
                 parts.append(f".. image:: {picture}\n   :alt: {what[1]}\n\n{rst_inline(what[1])}\n")
             else:
                 parts.append(rst_inline(what[0]) + "\n")
+        parts.append(rst_inline(when(r)).replace("--fine", "``--fine``") + "\n")
     (doc / "Howto_defe_verification.rst").write_text("\n".join(parts))
+
+
+def children_seconds():
+    """Processor time of all runs up to now."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def run_case(name, options):
+    """Runs it, and leaves what the pages need in its folder of results."""
+    module = load(name)
+    print(f"verify: {name}: {module.TITLE}", file=sys.stderr, flush=True)
+    session = Session(name, options)
+    before = children_seconds()
+    rows = judge(module, module.run(session))
+    result = {"title": module.TITLE, "rows": rows, "shown": session.shown, "date": datetime.date.today().isoformat(), "fine": options.fine,
+              "processor_seconds": children_seconds() - before, "loop_seconds": session.loops}
+    session.path(RESULT).write_text(json.dumps(result, indent=1, default=float) + "\n")
+    return result
 
 
 def main():
@@ -329,7 +364,8 @@ def main():
     parser.add_argument("--plugin", required=True, help="folder of defeplugin.so")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--fine", action="store_true", help="finer meshes, may take an hour")
-    parser.add_argument("--page", action="store_true", help="put all cases into lammps-package/doc, too")
+    parser.add_argument("--quick", action="store_true", help="only the cases that are not marked as slow")
+    parser.add_argument("--page", action="store_true", help="put all cases into lammps-package/doc, too, those not named as they ran last")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at the same time")
     parser.add_argument("--list", action="store_true")
     parser.add_argument("case", nargs="*")
@@ -338,29 +374,24 @@ def main():
         for name in cases():
             print(f"{name:24} {load(name).TITLE}")
         return 0
-    if options.page and options.case:
-        sys.exit("verify: --page writes the page of all cases: name none")
     unknown = [c for c in options.case if c not in cases()]
     if unknown:
         sys.exit(f"verify: no case '{unknown[0]}': {', '.join(cases())}")
     options.out = options.out.resolve()
     options.out.mkdir(parents=True, exist_ok=True)
-    results, failed = {}, []
-    for name in options.case or cases():
-        module = load(name)
-        print(f"verify: {name}: {module.TITLE}", file=sys.stderr, flush=True)
-        start = time.time()
-        session = Session(name, options)
-        values = module.run(session)
-        results[name] = {"title": module.TITLE, "rows": judge(module, values), "shown": session.shown, "seconds": time.time() - start,
-                         "loop_seconds": session.loops}
-        failed += [f"{name}: {r['quantity']}" for r in results[name]["rows"] if r["certain"] and r["verdict"] == "not within"]
+    named = options.case or [c for c in cases() if not (options.quick and getattr(load(c), "SLOW", False))]
+    results = {}
+    for name in named:
+        results[name] = run_case(name, options)
+    failed = [f"{n}: {row['quantity']}" for n, r in results.items() for row in r["rows"] if row["certain"] and row["verdict"] == "not within"]
     print_table(results)
-    page(results, options.out)
-    (options.out / "results.json").write_text(json.dumps({n: {k: v for k, v in r.items() if k != "shown"} for n, r in results.items()},
-                                                         indent=1, default=float) + "\n")
+    stored = {n: json.loads(f.read_text()) for n in cases() if (f := options.out / n / RESULT).exists()}
+    page(stored, options.out)
     if options.page:
-        rst_page(results, options.out)
+        missing = [n for n in cases() if n not in stored]
+        if missing:
+            sys.exit(f"verify: {missing[0]} has not been run yet: the page needs all cases")
+        rst_page(stored, options.out)
     print(f"\nThe page with all plots: {options.out / 'index.html'}")
     for f in failed:
         print(f"not within: {f}")

@@ -43,7 +43,7 @@ def run(s):
         return name, plate, Crack(s.path(name + ".events"), 0.0, h / 2), dt
 
     found = dict(zip([(m[0], st) for m, st in jobs], s.all(one, jobs)))
-    rows = [["mesh", "", "first joint breaks (us)", "branches at x (mm)", "after (us)", "cracks at x = 45 mm", "time of the run (s)",
+    rows = [["mesh", "", "first joint breaks (us)", "branches at x (mm)", "after (us)", "cracks at x = 45 mm", "processor time (s)",
              "energy rises (%)"]]
     for (label, start), (name, plate, crack, dt) in found.items():
         at, when = crack.branching(0.046)

@@ -29,7 +29,7 @@ def run(s):
               ("1 mm, nodes moved by 20 %", 1e-3, 0.0, 0.2), ("0.5 mm", 0.5e-3, 0.0, 0.0)]
     if s.fine:
         meshes.append(("0.25 mm", 0.25e-3, 0.0, 0.0))
-    jobs = [(m, pull, "no") for m in meshes for pull in (0.2, 2.0, 4.0)]
+    jobs = [(m, pull, "no") for m in meshes for pull in (0.2, 2.0, 4.0) if (m[0], pull) != ("0.25 mm", 0.2)]
     jobs += [(meshes[1], pull, "all") for pull in (2.0, 4.0)]
 
     def one(job):
@@ -50,7 +50,7 @@ def run(s):
     found = dict(zip([(m[0], p, st) for m, p, st in jobs], s.all(one, jobs)))
 
     rows = [["mesh", "load (MPa)", "", "first joint breaks (us)", "branches at x (mm)", "cracks at x = 45 mm", "speed 5 to 15 mm (m/s)",
-             "30 to 45 mm", "time of the run (s)", "energy rises (%)"]]
+             "30 to 45 mm", "processor time (s)", "energy rises (%)"]]
     for (label, pull, start), (name, plate, crack, dt) in found.items():
         at, _ = crack.branching(0.046)
         rows.append([label, f"{pull:g}", "DEs" if start == "all" else "adaptive", f"{crack.start() * 1e6:.1f}",
@@ -86,7 +86,7 @@ def run(s):
     s.plot_energies(name, dt, f"{main_mesh}, 2 MPa")
 
     def branchings(pull):
-        _, _, c, _ = found[(main_mesh, pull, "no")]
+        _, _, c, _ = found[(main_mesh if pull > 1.0 else "0.5 mm", pull, "no")]
         return max(0, max(c.arms(x) for x in np.arange(0.005, 0.046, 0.004)) - 1) if len(c.broken) else 0
 
     windows = [crack.speed(a, a + 0.01) for a in np.arange(0.002, 0.038, 0.002)]

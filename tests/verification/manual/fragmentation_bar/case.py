@@ -46,7 +46,7 @@ def run(s):
         return name, dt, pieces
 
     found = dict(zip(jobs, s.all(one, jobs)))
-    rows = [["elements (mm)", "rate (1/s)", "", "fragments", "formula", "dissipated over G_f A per cut", "time of the run (s)", "energy rises (%)"]]
+    rows = [["elements (mm)", "rate (1/s)", "", "fragments", "formula", "dissipated over G_f A per cut", "processor time (s)", "energy rises (%)"]]
     for (h, rate, start), (name, dt, pieces) in found.items():
         e = s.energies(name)
         n = int(pieces[-1, 1])

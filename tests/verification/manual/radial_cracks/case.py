@@ -24,11 +24,13 @@ ACCEPTANCE = [
 def run(s):
     h = 0.5e-3
     meshes = [("0.5 mm", h, 0.0), ("0.5 mm, turned by 45 degrees", h, 45.0), ("1 mm", 1e-3, 0.0)]
-    jobs = [(m, v) for m in meshes for v in SPEEDS]
+    jobs = [(m, v, "no") for m in meshes for v in SPEEDS]
+    also = [("0.75 mm", 0.75e-3, 0.0)] + ([("0.333 mm", 1e-3 / 3.0, 0.0)] if s.fine else [])
+    jobs += [(m, 60.0, "no") for m in also] + [(meshes[2], 60.0, "all")]
 
     def one(job):
-        (label, h, angle), speed = job
-        name = f"{label.replace(' ', '').replace(',', '_')}_{speed:g}"
+        (label, h, angle), speed, start = job
+        name = f"{label.replace(' ', '').replace(',', '_')}_{speed:g}_{start}"
         edge = np.array([h, h, THICKNESS / 2])
         half = SIDE / 2
         mesh = Mesh(edge, turned(angle), lambda c: (np.abs(c) < [half, half, THICKNESS / 2]).all(axis=1),
@@ -37,11 +39,11 @@ def run(s):
         dt = stable_step(E, NU, RHO, h)
         steps = int(END / dt)
         s.lammps("in.pane", name, mesh=name + ".data", speed=speed, radius=RADIUS, off_x=0.13 * h, off_y=0.21 * h, thickness=THICKNESS, young=E, nu=NU, rho=RHO,
-                 sigma=SIGMA_T, gf=GF, start="no", dt=dt, steps=steps, every=max(1, steps // 60), skin=0.15 * h, **mesh.box())
+                 sigma=SIGMA_T, gf=GF, start=start, dt=dt, steps=steps, every=max(1, steps // 60), skin=0.15 * h, **mesh.box())
         s.path(name + ".data").unlink()
         return name, dt, Crack(s.path(name + ".events"), 0.0, h / 2)
 
-    found = dict(zip([(m[0], v) for m, v in jobs], s.all(one, jobs)))
+    found = dict(zip([(m[0] + (", all DEs" if start == "all" else ""), v) for m, v, start in jobs], s.all(one, jobs)))
 
     def radial(crack):
         """Cracks along a radius in the lower half that cross a circle: broken joints more than 12 degrees apart."""
@@ -49,23 +51,26 @@ def run(s):
         longest = np.hypot(crack.broken.x[:, 0], crack.broken.x[:, 1]).max(initial=0.0)
         return defe.cracks.count_radial(low.x, low.n, CIRCLE * longest, 2.0 * crack.d, 12.0)
 
-    rows = [["mesh", "speed (m/s)", "radial cracks", "farthest joint (mm)", "converted", "time of the run (s)", "energy rises (%)"]]
+    rows = [["mesh", "speed (m/s)", "radial cracks", "farthest joint (mm)", "converted", "processor time (s)", "energy rises (%)"]]
     for (label, v), (name, dt, crack) in found.items():
         e = s.energies(name)
         far = np.hypot(crack.broken.x[:, 0], crack.broken.x[:, 1])
         rows.append([label, f"{v:g}", radial(crack), f"{far.max() * 1e3:.0f}" if len(far) else "-", int(e.converted[-1]),
                      f"{s.loops[name]:.1f}", f"{100 * e.rise():.3f}"])
     s.table("All runs:", rows)
-    figure, axes = plt.subplots(len(meshes), len(SPEEDS), figsize=(10, 2.6 * len(meshes)), sharex=True, sharey=True)
-    for row, m in enumerate(meshes):
-        for column, v in enumerate(SPEEDS):
-            _, _, crack = found[(m[0], v)]
-            ax, low = axes[row][column], crack.broken.x[:, 2] < 0.0
+    shown = [[(m[0], v) for v in SPEEDS] for m in meshes] + [[key for key in found if key[0] not in {m[0] for m in meshes}]]
+    figure, axes = plt.subplots(len(shown), len(SPEEDS), figsize=(10, 2.6 * len(shown)), sharex=True, sharey=True)
+    for row, keys in enumerate(shown):
+        for ax in axes[row][len(keys):]:
+            ax.axis("off")
+        for ax, (label, v) in zip(axes[row], keys):
+            _, _, crack = found[(label, v)]
+            low = crack.broken.x[:, 2] < 0.0
             c = crack.converted.x * 1e3
             ax.scatter(c[:, 0], c[:, 1], s=2, marker="s", color="0.85", linewidths=0)
             ax.scatter(crack.broken.x[low, 0] * 1e3, crack.broken.x[low, 1] * 1e3, s=1.5, color="#1f4e9c", linewidths=0)
             ax.set(xlim=(-30, 30), ylim=(-30, 30), aspect="equal")
-            ax.set_title(f"{m[0]}, {v:g} m/s", fontsize=8)
+            ax.set_title(f"{label}, {v:g} m/s", fontsize=8)
             ax.tick_params(labelsize=7)
     figure.tight_layout()
     s.figure(figure, "cracks", "Broken joints of the lower half (blue) and converted elements (grey) after 120 us, in mm.")

@@ -104,7 +104,7 @@ def run(s):
 
     found = dict(zip(jobs, s.all(one, jobs)))
     rows = [["law", "foot", "elements", "length (mm)", "radius of the foot (mm)", "largest plastic strain", "hottest element (K above the start)",
-             "plastic work over kinetic energy", "drift of the energy (%)", "time of the run (s)"]]
+             "plastic work over kinetic energy", "drift of the energy (%)", "processor time (s)"]]
     for (_, _, law, foot), (bar, name, dt, shape) in found.items():
         e = s.energies(name)
         state = last_frame(s.path(name + ".state"))    # index, id, x, y, z, plastic strain, heat
