@@ -108,6 +108,12 @@ class Verdicts(unittest.TestCase):
             self.assertEqual(len({a.quantity for a in module.ACCEPTANCE}), len(module.ACCEPTANCE))
             self.assertTrue(all(a.source for a in module.ACCEPTANCE))
 
+    def test_overview_counts_what_is_met(self):
+        rows = [{"certain": c, "verdict": v, "quantity": q} for c, v, q in
+                ((True, "within", "a"), (True, "not within, known", "b"), (False, "not within", "c"))]
+        table = manual.overview({"x": {"title": "X", "rows": rows}, "y": {"title": "Y", "rows": rows[:1]}})
+        self.assertEqual(table[1:], [["X", "1 of 2", "0 of 1", "b; c"], ["Y", "1 of 1", "-", "-"]])
+
     def test_markdown(self):
         page = manual.markdown("## A\n\none `x < y`\n\n* p\n  q\n* r\n")
         self.assertEqual(page, "<h3>A</h3>\n<p>one <code>x &lt; y</code></p>\n<ul><li>p q</li><li>r</li></ul>")
