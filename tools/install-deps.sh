@@ -14,7 +14,7 @@ for group; do
         libhdf5-openmpi-dev libpng-dev zlib1g-dev dpkg-dev xz-utils ca-certificates) ;;
     tests) packages+=(libgtest-dev libgmock-dev) ;;
     plots) packages+=(python3 python3-numpy python3-matplotlib python3-pil) ;;
-    meshes) packages+=(python3 python3-numpy python3-meshio python3-gmsh) ;;
+    meshes) packages+=(python3 python3-numpy python3-meshio python3-gmsh python3-netcdf4 python3-h5py) ;;
     benchmarks) packages+=(libbenchmark-dev linux-perf python3) ;;
     fuzz) packages+=(clang libclang-rt-dev) ;;
     valgrind) packages+=(valgrind libc6-dbg) ;;

@@ -1,7 +1,10 @@
 #!/usr/bin/env python3
-"""tools/mesh2data: files of LS-DYNA, Nastran and VTK."""
+"""tools/mesh2data: files of LS-DYNA, Nastran, VTK, Exodus and MED."""
 
+import importlib.util
+import sys
 import unittest
+from unittest import mock
 
 from meshes import Case, block, meshio, np, turned
 
@@ -217,6 +220,133 @@ class Vtk(Case):
                 path = self.folder / f"broken{suffix}"
                 path.write_bytes(text)
                 self.refuse(path, "")
+
+
+def there(module):
+    return unittest.skipUnless(importlib.util.find_spec(module), f"no {module} (tools/install-deps.sh meshes)")
+
+
+class Exodus(Case):
+    def exodus(self, name="mesh.exo", blocks=None, titled=True, joint_coordinates=False):
+        """Two cubes, blocks 7 and 9, nodes from 101 on, elements from 11 on; and a set of each kind."""
+        import netCDF4
+
+        points, hexes = block((2, 1, 1), 1.0)
+        blocks = blocks or [("HEX8", hexes[:1]), ("HEX", hexes[1:])]
+        path = self.folder / name
+        with netCDF4.Dataset(str(path), "w", format="NETCDF3_64BIT_OFFSET") as data:
+            for dimension, size in {"len_name": 33, "num_dim": 3, "num_nodes": 12, "num_el_blk": len(blocks), "num_node_sets": 1,
+                                    "num_side_sets": 1, "num_nod_ns1": 2, "num_side_ss1": 2,
+                                    "num_elem": sum(len(cells) for _, cells in blocks)}.items():
+                data.createDimension(dimension, size)
+
+            def put(name, values, dimensions, kind="i4"):
+                data.createVariable(name, kind, dimensions)[:] = values
+
+            if joint_coordinates:
+                put("coord", points.T, ("num_dim", "num_nodes"), "f8")
+            else:
+                for axis, x in zip("xyz", points.T):
+                    put("coord" + axis, x, ("num_nodes",), "f8")
+            put("node_num_map", 101 + np.arange(12), ("num_nodes",))
+            put("elem_num_map", 11 + np.arange(sum(len(cells) for _, cells in blocks)), ("num_elem",))
+            put("eb_prop1", [7, 9, 4][:len(blocks)], ("num_el_blk",))
+            if titled:
+                names = netCDF4.stringtochar(np.array(["glass pane", "", ""][:len(blocks)], "S33"))
+                put("eb_names", names, ("num_el_blk", "len_name"), "S1")
+            for k, (kind, cells) in enumerate(blocks, 1):
+                data.createDimension(f"num_el_in_blk{k}", len(cells))
+                data.createDimension(f"num_nod_per_el{k}", np.shape(cells)[1])
+                put(f"connect{k}", np.asarray(cells) + 1, (f"num_el_in_blk{k}", f"num_nod_per_el{k}"))
+                data.variables[f"connect{k}"].elem_type = kind
+            put("ns_prop1", [5], ("num_node_sets",))
+            put("node_ns1", [1, 12], ("num_nod_ns1",))
+            put("ss_prop1", [3], ("num_side_sets",))
+            put("elem_ss1", [1, 2], ("num_side_ss1",))
+            put("side_ss1", [5, 5], ("num_side_ss1",))  # below: the nodes 1, 4, 3, 2 of each
+        return path
+
+    @there("netCDF4")
+    def test_blocks_and_sets(self):
+        points, _ = block((2, 1, 1), 1.0)
+        for name, options in (("mesh.exo", {}), ("mesh.e", {"titled": False}), ("mesh.g", {"joint_coordinates": True})):
+            with self.subTest(name):
+                data = self.convert(self.exodus(name, **options), "--keep-ids")
+                parts = ["glass_pane" if options.get("titled", True) else "block_7", "block_9"]
+                self.assertEqual((data.shape(), sorted(data.nodes), sorted(data.x)), (cells(parts), [11, 12], list(range(101, 113))))
+                self.assertEqual((data.groups["node_set_5"], data.groups["side_set_3"]),
+                                 ({101, 112}, {101 + k for k, x in enumerate(points) if x[2] == 0}))
+
+    @there("netCDF4")
+    def test_other_elements(self):
+        _, hexes = block((2, 1, 1), 1.0)
+        path = self.exodus(blocks=[("HEX8", hexes[:1]), ("TETRA", hexes[:1, [0, 1, 3, 4]]), ("HEX8", hexes[1:])])
+        self.refuse(path, "tetra elements 12 (--hexes-only")
+        self.assertEqual(self.convert(path, "--hexes-only").shape(), cells(["glass_pane", "block_4"]))
+        for words in ("left out: 1 element of type tetra, 12", "side set side_set_3: 1 sides of elements that are no hexahedra"):
+            self.assertIn(words, self.summary)
+        self.refuse(self.exodus(blocks=[("HEX20", np.tile(hexes, 3)[:, :20])]), "hexahedron20 elements 11, 12")
+
+    @there("netCDF4")
+    def test_broken(self):
+        _, hexes = block((2, 1, 1), 1.0)
+        self.refuse(self.exodus(blocks=[("HEX8", hexes + 1)]), "names a node that is not there")
+        for text in (self.exodus().read_bytes()[:40], b"", b"nonsense\n" * 20):
+            path = self.folder / "broken.exo"
+            path.write_bytes(text)
+            self.refuse(path, "")
+
+    def test_without_its_library(self):
+        with mock.patch.dict(sys.modules, {"netCDF4": None}):
+            self.refuse(self.write("mesh.exo", "x"), "files of Exodus need netCDF4", "python3-netcdf4")
+
+
+class Med(Case):
+    ORDER = [0, 3, 2, 1, 4, 7, 6, 5]  # of the format
+
+    def med(self, order=ORDER, more=(), families=(-1, -2)):
+        """Two cubes in two families, the second one in two groups; a quad and two nodes in groups."""
+        points, hexes = block((2, 1, 1), 1.0)
+        path = self.folder / "mesh.med"
+        blocks = [("hexahedron", hexes[:, order]), ("quad", hexes[:1, :4]), *more]
+        mesh = meshio.Mesh(points, blocks, point_data={"point_tags": np.array([0, 2, 2, *9 * [0]])},
+                           cell_data={"cell_tags": [np.array(families), np.array([-3]), *(np.zeros(len(b[1]), int) for b in more)]})
+        mesh.point_tags = {2: ["corner"]}
+        mesh.cell_tags = {-1: ["glass"], -2: ["pvb", "second"], -3: ["held"]}
+        meshio.med.write(str(path), mesh)
+        return path
+
+    @there("h5py")
+    def test_groups(self):
+        _, hexes = block((2, 1, 1), 1.0)
+        path = self.med()
+        self.refuse(path, "in parts pvb and second", "--parts")
+        data = self.convert(path, "--parts", "glass,pvb")
+        self.assertEqual(data.shape(), cells(["glass", "pvb"]))
+        self.assertEqual((data.groups["held"], data.groups["corner"], data.groups["second"]),
+                         ({int(k) + 1 for k in hexes[0, :4]}, {2, 3}, {int(k) + 1 for k in hexes[1]}))
+        self.assertIn("elements that only name nodes: 1 quad", self.summary)
+        self.refuse(self.med(families=(-1, 0)), "in no part", "element 2")
+
+    @there("h5py")
+    def test_order_of_vtk(self):
+        self.assertEqual(self.convert(self.med(order=list(range(8))), "--parts", "glass,pvb").shape(), cells(["glass", "pvb"]))
+        self.assertIn("numbered as those of VTK, not of MED", self.summary)
+
+    @there("h5py")
+    def test_other_elements_and_broken_files(self):
+        _, hexes = block((2, 1, 1), 1.0)
+        path = self.med(more=[("tetra", hexes[:1, [0, 1, 3, 4]])])
+        self.refuse(path, "tetra elements 4 (--hexes-only")
+        self.assertEqual(self.convert(path, "--hexes-only", "--parts", "glass,pvb").shape(), cells(["glass", "pvb"]))
+        for text in (path.read_bytes()[:400], b"", b"nonsense\n" * 20):
+            broken = self.folder / "broken.med"
+            broken.write_bytes(text)
+            self.refuse(broken, "meshio cannot read it")
+
+    def test_without_its_library(self):
+        with mock.patch.dict(sys.modules, {"h5py": None}):
+            self.refuse(self.write("mesh.med", "x"), "files of MED need h5py", "python3-h5py")
 
 
 if __name__ == "__main__":
