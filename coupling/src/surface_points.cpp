@@ -272,7 +272,29 @@ bool ContactPoints::may_touch(const Point &p, const Candidate &f)
   // a lasting tie: the facet need not be looked at again
   if (!is_node) return !scene->ties->lasting(p.de, f.part, facet.element);
   if (!faces_it(p.particle, f.facet) || goes_on(p, xp, f.facet)) return false;
-  return f.part != p.part || !joined(p.particle, facet);
+  if (f.part == p.part) return !joined(p.particle, facet);
+  return scene->tied_parts.empty() || !glued(p, facet);
+}
+
+/* ----------------------------------------------------------------------
+   a node of a glued part that the facet, or one beside it, was under from the start
+------------------------------------------------------------------------- */
+
+bool ContactPoints::glued(const Point &p, const ContactFacet &facet) const
+{
+  const auto &tied = scene->tied_parts;
+  if (std::none_of(tied.begin(), tied.end(), [&](const auto &t) {
+        return (t.first == p.part && t.second == facet.part) ||
+            (t.second == p.part && t.first == facet.part);
+      }))
+    return false;
+  Vec3 centre = Vec3::Zero();
+  for (int n : facet.node) centre += 0.25 * Vec3(scene->particles.reference(n));
+  double extent = 0.0;
+  for (int n : facet.node)
+    extent = std::max(extent, (Vec3(scene->particles.reference(n)) - centre).norm());
+  const double beside = 1.5 * (extent + p.aside);
+  return (Vec3(scene->particles.reference(p.particle)) - centre).squaredNorm() < beside * beside;
 }
 
 /* ----------------------------------------------------------------------

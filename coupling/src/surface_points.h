@@ -62,6 +62,7 @@ class ContactPoints {
   void find_near_group(int first, int last);
   bool may_touch(const Point &, const Candidate &);
   bool joined(int node, const ContactFacet &) const;
+  bool glued(const Point &, const ContactFacet &) const;
   bool faces_it(int node, int facet) const;
   bool goes_on(const Point &, const double *x, int facet);
   void make_tables();

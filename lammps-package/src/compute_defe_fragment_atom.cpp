@@ -191,7 +191,7 @@ void ComputeDefeFragmentAtom::find_active()
 }
 
 /* ----------------------------------------------------------------------
-   elements hold their nodes together, joints two DEs, ties a DE and the nodes of a face
+   elements hold their nodes together, joints two DEs, ties a DE and the nodes of a face, tied surfaces two elements
    An atom may be here several times, as images of itself: the one that map() knows stands for all.
 ------------------------------------------------------------------------- */
 
@@ -204,6 +204,10 @@ void ComputeDefeFragmentAtom::join(DisjointSets &sets)
     for (const auto &h : sys->store.hexes(i))
       if (takes_part(h, corner))
         for (int a = 1; a < 8; a++) sets.join(corner[0], corner[a]);
+    for (const auto &nodes : sys->tied.joined_at(i)) {
+      const int a = local_of(nodes.first), b = local_of(nodes.second);
+      if (active[a] && active[b]) sets.join(a, b);
+    }
     const auto *de = sys->store.de(i);
     if (!de) continue;
     for (const auto &slot : de->slot) {

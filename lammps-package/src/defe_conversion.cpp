@@ -244,6 +244,7 @@ void DefeConversion::convert()
     sys.elements.kernel_coords(*o.hex, o.idx->data(), xe, Xe);
     sys.ledger.conv_strain += o.kernel->energy(xe, Xe);
   }
+  sys.tied.let_go(*c.plan);
   ties_to_joints(*c.plan);
   update_beside(*c.plan);
 

@@ -356,7 +356,7 @@ void DefeElements::forces(double *virial)
 }
 
 /* ----------------------------------------------------------------------
-   forces of all elements of this rank, added to f; bounds of their stress
+   forces of all elements of this rank and of their ties, added to f; bounds of the elements' stress
    material histories are advanced by history_step (0: they are not)
 ------------------------------------------------------------------------- */
 
@@ -375,6 +375,8 @@ void DefeElements::evaluate(double *f, double history_step, double *virial)
     if (faults.inverted >= 0) stop_inverted(b, faults.inverted);
     if (faults.beyond >= 0) sys.sums.set_beyond(b.nodes(faults.beyond)[0]);
   }
+  const int beyond = sys.tied.forces(f, sys.sums.force_grid(), virial);
+  if (beyond >= 0) sys.sums.set_beyond(beyond);
   if (history_step > 0.0) sys.clock.subcycle().history_advanced();
 }
 
@@ -439,7 +441,7 @@ double DefeElements::longest() const
 }
 
 /* ----------------------------------------------------------------------
-   strain energy of all elements of this rank at the current positions
+   strain energy of all elements of this rank and of their ties at the current positions
 ------------------------------------------------------------------------- */
 
 double DefeElements::energy()
@@ -449,7 +451,7 @@ double DefeElements::energy()
   double sum = 0.0;
   for (auto &b : all)
     if (b.size()) b.energy(&atom->x[0][0], sys.store.x_frame(0), scratch.data(), sum);
-  return sum;
+  return sum + sys.tied.energy(scratch.data());
 }
 
 /* ----------------------------------------------------------------------

@@ -144,15 +144,35 @@ void DefeMesh::build()
   measure(mesh);
   add_masses(mesh);
   find_neighbours(mesh);
+  find_tied(mesh);
   sys.hexes_file.check_orphans();
   sys.ids.begin();
   sys.elements.forget_kernels();
   for (auto *h : mesh.hex) h->kernel = -1;
 
-  if (comm->me == 0)
-    utils::logmesg(lmp,
-                   "Fix defe: {} hexahedra, stable time step {:.6g} (finite), {:.6g} (discrete)\n",
-                   sys.census.elements(), now.dt_finite, now.dt_discrete);
+  tell(mesh);
+}
+
+void DefeMesh::tell(const DefeMeshDraft &mesh) const
+{
+  std::vector<bigint> mine(sys.model.parts.size(), 0), all(mine.size());
+  for (const auto *h : mesh.hex) mine[h->part]++;
+  MPI_Allreduce(mine.data(), all.data(), static_cast<int>(mine.size()), MPI_LMP_BIGINT, MPI_SUM,
+                world);
+  if (comm->me) return;
+  utils::logmesg(lmp,
+                 "Fix defe: {} hexahedra, stable time step {:.6g} (finite), {:.6g} (discrete)\n",
+                 sys.census.elements(), now.dt_finite, now.dt_discrete);
+  for (size_t p = 0; p < all.size(); p++) {
+    if (all[p] == 0) continue;
+    const auto &law = *sys.model.material_of(sys.model.parts[p]).law;
+    const std::string choice = law.elements();
+    utils::logmesg(lmp, "  part {}: {} {} element{}\n", sys.model.parts[p].name, all[p],
+                   law.rigid()          ? "rigid"
+                       : choice.empty() ? "F-bar"
+                                        : choice,
+                   all[p] == 1 ? "" : "s");
+  }
 }
 
 void DefeMesh::collect(DefeMeshDraft &mesh)
@@ -441,6 +461,28 @@ void DefeMesh::find_neighbours(const DefeMeshDraft &mesh)
       h.nbpart[r.face] = static_cast<signed char>(r.nbpart);
     }
   }
+}
+
+/* ----------------------------------------------------------------------
+   surfaces that are glued
+------------------------------------------------------------------------- */
+
+void DefeMesh::find_tied(const DefeMeshDraft &mesh)
+{
+  if (!sys.tied.on()) return;
+  sys.tied.begin_mesh();
+  const int n = static_cast<int>(mesh.hex.size());
+  std::vector<int> atom_of;    // that has the element: in the order of collect()
+  for (int i = 0; i < atom->nlocal; i++)
+    atom_of.insert(atom_of.end(), sys.store.hexes(i).size(), i);
+  std::vector<HexCoords> coords;
+  for (int round = 0; round < mesh.rounds; round++) {
+    const int first = MIN(n, round * CHUNK), last = MIN(n, first + CHUNK);
+    find_coordinates(mesh, first, last, coords);
+    for (int e = first; e < last; e++) sys.tied.show(atom_of[e], *mesh.hex[e], coords[e - first]);
+  }
+  const double step = sys.prestress.step_factor() * sys.tied.find();
+  if (step < now.dt_finite || now.dt_finite == 0.0) now.dt_finite = step;
 }
 
 /* ----------------------------------------------------------------------

@@ -75,6 +75,8 @@ class DefeMesh : protected DefeComponent {
   void measure(DefeMeshDraft &);
   void add_masses(const DefeMeshDraft &);
   void find_neighbours(const DefeMeshDraft &);
+  void find_tied(const DefeMeshDraft &);
+  void tell(const DefeMeshDraft &) const;
   void find_coordinates(const DefeMeshDraft &, int first, int last,
                         std::vector<defe::fe::HexCoords> &) const;
   bool check_element(const HexRecord &, const defe::fe::HexCoords &) const;

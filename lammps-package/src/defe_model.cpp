@@ -27,6 +27,13 @@ int DefeModel::find_part(const std::string &name) const
   return -1;
 }
 
+bool DefeModel::are_tied(int part, int other) const
+{
+  return std::any_of(tied.begin(), tied.end(), [=](const DefeTiedPair &p) {
+    return (p.a == part && p.b == other) || (p.a == other && p.b == part);
+  });
+}
+
 /* ---------------------------------------------------------------------- */
 
 std::string DefeModel::describe(const DefePart &p) const

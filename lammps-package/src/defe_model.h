@@ -12,6 +12,7 @@
 #include "defe/coupling/joint_laws.h"
 #include "defe/coupling/prestress_rule.h"
 #include "defe/coupling/strength_field.h"
+#include "defe/coupling/tied_surfaces.h"
 #include "defe/fe/material_law.h"
 
 #include <memory>
@@ -47,11 +48,18 @@ struct DefePart {
   std::string start;           // region converted at step 0, "all", or empty
 };
 
+/** Parts whose surfaces are glued. */
+struct DefeTiedPair {
+  int a, b;
+  defe::TieRule rule;
+};
+
 /** What the fix command says. Values only: defe_options.cpp reads them. */
 struct DefeModel {
   std::vector<DefeMaterial> materials;
   std::vector<DefePart> parts;
   std::vector<defe::Adhesive> adhesives;
+  std::vector<DefeTiedPair> tied;
   std::vector<defe::CornerModuli> corner_moduli;    // per part
 
   bool contact_given = false;    // the keyword, also with 0
@@ -89,6 +97,7 @@ struct DefeModel {
   {
     return defe::find_adhesive(adhesives, part, base);
   }
+  bool are_tied(int part, int other) const;
   /** A node's shares can be added and taken away in any order, if sums are to be exact. */
   double element_mass(const DefePart &, double volume) const;
   /** Name, material and type of DEs, in words. */

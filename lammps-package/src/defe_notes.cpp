@@ -517,6 +517,7 @@ void DefeNotes::bodies()
       if (np == 0 || nq == 0 || (!soft && sys.model.material_of(sys.model.parts[q]).rigid()))
         continue;
       if (np == 1 && nq == 1 && sum[2 * p + 1] == sum[2 * q + 1]) continue;    // one body
+      if (sys.model.are_tied(static_cast<int>(p), static_cast<int>(q))) continue;
       alone[p] = alone[q] = 1;
     }
   }
@@ -599,6 +600,7 @@ void DefeNotes::untied()
     const Found &f = entry.second;
     const bool one = f.count == 1, same = f.on == f.part, contact = sys.model.contact();
     if (contact && !matching.count(entry.first)) continue;
+    if (sys.model.are_tied(f.on, f.part)) continue;
     double x[3];
     for (int d = 0; d < 3; d++)    // no rounding errors of zero
       x[d] = std::abs(f.example.x[d]) < near ? 0.0 : f.example.x[d];

@@ -44,6 +44,8 @@ void DefeOptions::read()
       read_prestress();
     else if (key == "adhesive")
       read_adhesive();
+    else if (key == "tied")
+      read_tied();
     else if (key == "contact")
       read_contact();
     else if (key == "shield")
@@ -67,8 +69,8 @@ void DefeOptions::read()
     } else
       error->all(FLERR,
                  "Unknown fix defe keyword {}: use material, part, convert, strength, prestress, "
-                 "adhesive, contact, shield, stress, kernel, every, collect, check, reproducible "
-                 "or events",
+                 "adhesive, tied, contact, shield, stress, kernel, every, collect, check, "
+                 "reproducible or events",
                  key);
   }
   finish();
@@ -305,6 +307,40 @@ void DefeOptions::read_adhesive()
 }
 
 /* ----------------------------------------------------------------------
+   surfaces that are glued
+------------------------------------------------------------------------- */
+
+void DefeOptions::read_tied()
+{
+  need(3, "tied");
+  DefeTiedPair pair;
+  int *const which[2] = {&pair.a, &pair.b};
+  for (int k = 0; k < 2; k++) {
+    *which[k] = sys.model.find_part(arg[iarg + 1 + k]);
+    if (*which[k] < 0)
+      error->all(FLERR, "Fix defe tied: unknown part {}: define it before", arg[iarg + 1 + k]);
+  }
+  const std::string names = std::string(arg[iarg + 1]) + " " + arg[iarg + 2];
+  const auto &parts = sys.model.parts;
+  if (pair.a == pair.b)
+    error->all(FLERR,
+               "Fix defe tied {}: a part cannot be tied to itself: make its bodies two parts, with "
+               "'part NAME {}'",
+               names, sys.model.material_of(parts[pair.a]).name);
+  if (sys.model.material_of(parts[pair.a]).rigid() && sys.model.material_of(parts[pair.b]).rigid())
+    error->all(FLERR,
+               "Fix defe tied {}: both parts are rigid: move them as one body, with one fix rigid",
+               names);
+  if (sys.model.are_tied(pair.a, pair.b))
+    error->all(FLERR, "Fix defe tied {} is given twice", names);
+  const auto parsed = defe::parse_tie(std::vector<std::string>(arg + iarg + 3, arg + narg));
+  if (!parsed.complaint.empty()) error->all(FLERR, "Fix defe tied {}: {}", names, parsed.complaint);
+  pair.rule = parsed.rule;
+  iarg += 3 + parsed.used;
+  sys.model.tied.push_back(pair);
+}
+
+/* ----------------------------------------------------------------------
    contact of surfaces
 ------------------------------------------------------------------------- */
 
@@ -382,6 +418,7 @@ void DefeOptions::finish()
   check_prestress();
   sys.strengths.begin();
   sys.prestress.begin();
+  sys.tied.begin();
   for (const auto &p : sys.model.parts) {
     const auto &m = sys.model.material_of(p);
     sys.model.corner_moduli.push_back(

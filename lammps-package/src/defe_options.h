@@ -42,6 +42,7 @@ class DefeOptions : protected DefeComponent {
   void read_strength();
   void read_prestress();
   void read_adhesive();
+  void read_tied();
   void read_contact();
   void read_every();
   void read_collect();

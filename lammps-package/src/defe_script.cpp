@@ -42,6 +42,9 @@ DefeScript::Settings DefeScript::settings() const
     if (p.strength.growth.on()) s["strength " + p.name + " rate"] = p.strength.growth.words();
   for (const auto &p : sys.model.parts)
     if (p.prestress.given()) s["prestress " + p.name] = p.prestress.words();
+  for (const auto &t : sys.model.tied)
+    s["tied " + sys.model.parts[t.a].name + " " + sys.model.parts[t.b].name] =
+        defe::words_of(t.rule);
   for (const auto &a : sys.model.adhesives)
     s["adhesive " + sys.model.parts[a.part].name + " " + sys.model.parts[a.base].name] =
         fmt::format("{} {} {}", a.law.sigma_t, a.law.G_f, a.law.beta) +
@@ -109,6 +112,7 @@ std::string DefeScript::unpack(const char *data, size_t bytes)
   for (size_t k = 0; k + 1 < lines.size(); k += 2) before[lines[k]] = lines[k + 1];
   check_strengths(before);
   check_prestress(before);
+  check_tied(before);
   note_changes(before);
   return get_text();
 }
@@ -166,6 +170,27 @@ void DefeScript::check_prestress(const Settings &before) const
                  "any load is found once, with the mesh, give it as before",
                  p.name, of(before), of(now));
   }
+}
+
+/* ----------------------------------------------------------------------
+   and so are ties of surfaces
+------------------------------------------------------------------------- */
+
+void DefeScript::check_tied(const Settings &before) const
+{
+  const auto of = [](const Settings &settings) {
+    std::string text;
+    for (const auto &s : settings)
+      if (s.first.rfind("tied ", 0) == 0)
+        text += (text.empty() ? "'" : " ") + s.first + " " + s.second;
+    return text.empty() ? std::string("no tied surfaces") : text + "'";
+  };
+  const std::string is = of(settings()), was = of(before);
+  if (is != was)
+    error->all(FLERR,
+               "Fix defe had {} in the restart file and has {} now: surfaces are tied once, with "
+               "the mesh, give them as before",
+               was, is);
 }
 
 void DefeScript::note_changes(const Settings &before) const

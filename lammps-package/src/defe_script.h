@@ -29,6 +29,7 @@ class DefeScript : protected DefeComponent {
   void check_parts(const std::string &of_file) const;
   void check_strengths(const Settings &before) const;
   void check_prestress(const Settings &before) const;
+  void check_tied(const Settings &before) const;
   void note_changes(const Settings &before) const;
 };
 

@@ -302,6 +302,7 @@ void DefeStore::clear(int i)
   sys.kept.clear(i);
   sys.strengths.clear(i);
   sys.prestress.clear(i);
+  sys.tied.clear(i);
   if (update->whichflag == 1 && !sys.ids.giving_birth()) sys.ids.register_newcomer(i);
 
   // read_data sets the arrays of new atoms after it has read the sections: keep the elements
@@ -325,6 +326,7 @@ void DefeStore::forget(int i)
   contacts.of[i].reset();
   sys.strengths.clear(i);
   sys.prestress.clear(i);
+  sys.tied.clear(i);
 }
 
 void DefeStore::set_reference(int i, const double *x)

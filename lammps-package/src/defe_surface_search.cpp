@@ -56,6 +56,8 @@ void DefeSurfaceSearch::gather_parts()
     const auto &m = sys.model.material_of(part);
     scene.parts.push_back({m.rigid(), m.elastic().bulk()});
   }
+  scene.tied_parts.clear();
+  for (const auto &pair : sys.model.tied) scene.tied_parts.emplace_back(pair.a, pair.b);
 }
 
 void DefeSurfaceSearch::gather_des()

@@ -34,6 +34,7 @@
 #include "defe_strengths.h"
 #include "defe_surface.h"
 #include "defe_tables.h"
+#include "defe_tied_surfaces.h"
 #include "defe_watch.h"
 #include "defe_work.h"
 
@@ -65,6 +66,7 @@ struct DefeSystem {
   DefeKept kept;
   DefeStrengths strengths;
   DefePrestress prestress;
+  DefeTiedSurfaces tied;
   DefeIds ids;
   DefeCensus census;
 

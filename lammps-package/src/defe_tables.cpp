@@ -27,6 +27,7 @@ void DefeTables::build()
   if (sys.ids.natoms_changed()) sys.ids.check_newcomers();
   update_frames();
   sys.elements.build();
+  sys.tied.build();
   sys.strengths.elements_listed();
   build_joints();
   sys.strengths.joints_listed();
@@ -43,6 +44,7 @@ void DefeTables::build()
 
 void DefeTables::forget()
 {
+  sys.tied.forget();
   sys.joints.clear();
   sys.surface.forget();
 }

@@ -24,6 +24,14 @@
 using namespace LAMMPS_NS;
 using defe::VtkGrid;
 
+/** Whether a material yields. */
+static bool any_metal(const DefeModel &model)
+{
+  return std::any_of(model.materials.begin(), model.materials.end(), [](const DefeMaterial &m) {
+    return m.words.rfind("plastic ", 0) == 0 || m.words.rfind("johnson-cook ", 0) == 0;
+  });
+}
+
 /* ---------------------------------------------------------------------- */
 
 DefeVtkKind::DefeVtkKind(const std::string &name, LAMMPS *lmp, Fix *host) :
@@ -33,11 +41,12 @@ DefeVtkKind::DefeVtkKind(const std::string &name, LAMMPS *lmp, Fix *host) :
 
 void DefeVtkKind::choose(const std::vector<std::string> &names)
 {
-  const bool flaws = sys->strengths.on();
+  const bool flaws = sys->strengths.on(), metals = any_metal(sys->model);
   const auto &all = fields();
   if (names.empty())
     for (size_t k = 0; k < all.size(); k++)
-      if (flaws || !all[k].needs_flaws) chosen.push_back(static_cast<int>(k));
+      if ((flaws || !all[k].needs_flaws) && (metals || !all[k].needs_metal))
+        chosen.push_back(static_cast<int>(k));
   for (const auto &word : names) {
     const auto found = std::find_if(all.begin(), all.end(), [&word](const Field &f) {
       return word == f.name;
@@ -49,6 +58,10 @@ void DefeVtkKind::choose(const std::vector<std::string> &names)
     }
     if (found->needs_flaws && !flaws)
       error->all(FLERR, "Fix defe/vtk {} {} needs the keyword strength of fix defe", name, word);
+    if (found->needs_metal && !metals)
+      error->all(FLERR,
+                 "Fix defe/vtk {} {} needs a part of the law plastic or johnson-cook in fix defe",
+                 name, word);
     const int k = static_cast<int>(found - all.begin());
     if (has(k)) error->all(FLERR, "Fix defe/vtk {} {} is there twice", name, word);
     chosen.push_back(k);
@@ -113,10 +126,16 @@ void DefeVtkKind::unpack_reverse(int, const int *, const double *) {}
 
 const std::vector<DefeVtkKind::Field> &DefeVtkElements::fields() const
 {
-  static const std::vector<Field> all = {
-      {"id", 1, true, false},   {"part", 1, true, false},      {"stress", 6, false, false},
-      {"s1", 1, false, false},  {"vonmises", 1, false, false}, {"strength", 1, false, true},
-      {"node", 1, true, false}, {"velocity", 3, false, false}, {"displacement", 3, false, false}};
+  static const std::vector<Field> all = {{"id", 1, true, false},
+                                         {"part", 1, true, false},
+                                         {"stress", 6, false, false},
+                                         {"s1", 1, false, false},
+                                         {"vonmises", 1, false, false},
+                                         {"strength", 1, false, true},
+                                         {"plastic", 1, false, false, true},
+                                         {"node", 1, true, false},
+                                         {"velocity", 3, false, false},
+                                         {"displacement", 3, false, false}};
   return all;
 }
 
@@ -124,7 +143,8 @@ void DefeVtkElements::add_computes()
 {
   add_compute(group->names[host->igroup],
               "defe/hex/local x y z id part sxx syy szz sxy sxz syz s1 vonmises" +
-                  std::string(has(STRENGTH) ? " strength" : ""));
+                  std::string(has(STRENGTH) ? " strength" : "") +
+                  std::string(has(PLASTIC) ? " plastic" : ""));
 }
 
 /* ----------------------------------------------------------------------
@@ -195,7 +215,7 @@ void DefeVtkElements::add_node(int i, VtkGrid &grid) const
 
 void DefeVtkElements::add_hex(const double *row, VtkGrid &grid) const
 {
-  constexpr int column[CELLS] = {3, 4, 5, 11, 12, 13};
+  const int column[CELLS] = {3, 4, 5, 11, 12, 13, has(STRENGTH) ? 14 : 13};
   auto field = grid.cell_fields.begin();
   for (int c : chosen) {
     if (c >= CELLS) continue;

@@ -458,6 +458,6 @@ void *FixDefe::extract(const char *name, int &dim)
 double FixDefe::memory_usage()
 {
   return sys.store.memory_usage() + sys.elements.memory_usage() + sys.kept.memory_usage() +
-      sys.strengths.memory_usage() + sys.prestress.memory_usage() +
+      sys.strengths.memory_usage() + sys.prestress.memory_usage() + sys.tied.memory_usage() +
       sys.joints.self.capacity() * 400.0;
 }

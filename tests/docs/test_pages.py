@@ -62,8 +62,9 @@ def frame(text):
                              "convert glass 56e6 type 4 group particles contact 0.2 friction 0.2\n")
     rigid = re.findall(RIGID, fix)
     parts = [] if "read_data" in text else re.findall(r"(?:material|part)\s+(\w+)\s", fix)
+    apart = 0.004 if " tied " in fix else 0.01
     meshes = [f"create_hexes fe {part} {2 if part in rigid else 1} x -0.004 4 0.004 y 0.001 2 0.005 "
-              f"z {-0.01 * k:g} 2 {0.004 - 0.01 * k:g}\n" for k, part in enumerate(parts)]
+              f"z {-apart * k:g} 2 {0.004 - apart * k:g}\n" for k, part in enumerate(parts)]
     if "create_hexes" in text:
         meshes = meshes[:1]
     types = max([4] + [int(n) for pair in re.findall(r"(?:type|create_atoms|pair_coeff\s+\d)\s+(\d)", text) for n in pair])

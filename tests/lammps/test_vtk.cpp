@@ -355,6 +355,41 @@ TEST(Vtk, ElementsAcrossThePeriodicBoundaryKeepTheirShape)
   MPI_Barrier(MPI_COMM_WORLD);
 }
 
+// What has yielded is told where a part can yield, and only there.
+TEST(Vtk, PlasticStrainOfMetals)
+{
+  const auto bar = [](const std::string &law) {
+    return script_head() +
+        "region box block -0.002 0.014 -0.003 0.005 -0.003 0.005\ncreate_box 1 box\n"
+        "pair_style zero 0.001\npair_coeff * *\nfix fe all defe material steel " +
+        law +
+        "\ncreate_hexes fe steel 1 x 0 4 0.008 y 0 1 0.002 z 0 1 0.002\nfix move all nve\n"
+        "neighbor 0.0005 bin\ntimestep 5e-8\nvariable v atom x*x*6e5\nvelocity all set v_v NULL "
+        "NULL\n";
+  };
+  Lammps lmp;
+  lmp.commands(bar("plastic 200e9 0.3 7830 400e6 1e9") + vtk("metal", 40, "elements") +
+               "compute h all defe/hex/local id plastic\n");
+  lmp.run(40);
+  const VtkFile file("metal_elements_40.hdf");
+  const auto rows = lmp.local("h");
+  ASSERT_EQ(rows.size(), 4u);
+  double most = 0.0, least = 1.0;
+  for (const auto &row : rows) {
+    for (size_t c = 0; c < file.ncells(); c++)
+      if (file.at("CellData/id")[c] == row[0]) EXPECT_EQ(file.at("CellData/plastic")[c], row[1]);
+    most = std::max(most, row[1]);
+    least = std::min(least, row[1]);
+  }
+  EXPECT_GT(most, 5e-3);
+  EXPECT_LT(least, 0.5 * most);
+
+  Lammps elastic;
+  elastic.commands(bar("elastic 200e9 0.3 7830") + vtk("elastic", 40, "elements"));
+  elastic.run(0);
+  EXPECT_FALSE(VtkFile("elastic_elements_0.hdf").has("CellData/plastic"));
+}
+
 TEST(Vtk, WrongInputIsRefused)
 {
   const std::string script = cracking_beam().script();
@@ -373,6 +408,8 @@ TEST(Vtk, WrongInputIsRefused)
   EXPECT_THAT(refused("10 a joints spheres joints"), HasSubstr("keyword joints is there twice"));
   EXPECT_THAT(refused("10 a spheres strength"),
               HasSubstr("spheres strength needs the keyword strength of fix defe"));
+  EXPECT_THAT(refused("10 a elements plastic"),
+              HasSubstr("elements plastic needs a part of the law plastic or johnson-cook"));
   EXPECT_THAT(refused("10 a region nowhere"), HasSubstr("region nowhere does not exist"));
   EXPECT_THAT(refused("10 a\nfix vtk2 all defe/vtk 20 a"),
               HasSubstr("fix vtk writes files a already"));

@@ -37,6 +37,13 @@ TEST(GhostReach, ContactNeedsWhatIsBesideAFace)
   EXPECT_DOUBLE_EQ(ghost_reach(n), 2.0 * std::sqrt(3.0) + 10.0 + 0.15);
 }
 
+TEST(GhostReach, TiedElementsNeedEachOther)
+{
+  GhostNeeds n = cube();
+  n.tied = true;
+  EXPECT_DOUBLE_EQ(ghost_reach(n), 2.0 * std::sqrt(3.0));
+}
+
 TEST(GhostReach, TheLargerNeedCounts)
 {
   GhostNeeds n = cube();

@@ -36,10 +36,11 @@ struct GhostNeeds {
   double skin = 0.0;
   bool des = false, contact = false;
   bool cracks = false;    ///< fronts of cracks look three joints around them
+  bool tied = false;      ///< two elements are tied by their faces
 };
 
-/// Nodes of an element lie so far from its first node at most; ends of joints and ties from their DE are nearer. With
-/// DEs and contact there is more to know beyond.
+/// Nodes of an element lie so far from its first node at most, those of one that is tied to it twice as far; ends of
+/// joints and ties from their DE are nearer. With DEs and contact there is more to know beyond.
 inline double ghost_reach(const GhostNeeds &n)
 {
   double more = n.des ? (n.cracks ? ghosts::three_joints : ghosts::rotated_tie) * n.longest : 0.0;
@@ -48,6 +49,7 @@ inline double ghost_reach(const GhostNeeds &n)
     more = std::max(
         more, std::max(ghosts::beside_facet * facet, n.largest_ball) + ghosts::skins * n.skin);
   }
+  if (n.tied) more = std::max(more, n.longest);
   return n.longest + more;
 }
 

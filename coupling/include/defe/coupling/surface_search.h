@@ -16,6 +16,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace defe {
@@ -65,6 +66,8 @@ struct SurfaceScene {
   std::vector<SurfaceElement> elements;    ///< own ones first, in any order
   SurfaceDEs des;
   std::vector<SurfacePart> parts;
+  /// Parts whose surfaces are glued (tied_surfaces.h): their nodes and facets that were beside each other have no contact.
+  std::vector<std::pair<int, int>> tied_parts;
   const SurfaceTies *ties = nullptr;
   double factor = 0.0;    ///< f_s, see penalty_stiffness_per_area()
   double skin = 0.0;

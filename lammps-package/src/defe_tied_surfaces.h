@@ -1,0 +1,109 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifndef LMP_DEFE_TIED_SURFACES_H
+#define LMP_DEFE_TIED_SURFACES_H
+
+#include "defe_component.h"
+#include "defe_store.h"
+
+#include "defe/coupling/tied_surfaces.h"
+
+#include <array>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace defe {
+class ConversionPlan;
+}
+
+namespace LAMMPS_NS {
+
+struct DefeTiedPair;
+struct HexRecord;
+
+/** Surfaces that are glued (keyword tied; tied_surfaces.h): the ties are found once, with the mesh, and kept by the
+    atom that has the element of the first part. Where none are asked for, nothing is kept. */
+class DefeTiedSurfaces : protected DefeComponent, public DefeField {
+ public:
+  explicit DefeTiedSurfaces(DefeSystem &);
+
+  /** Known when the options are read. */
+  bool on() const { return on_; }
+  void begin();
+
+  // a new mesh: each rank shows its elements, then all find their ties together
+
+  void begin_mesh();
+  void show(int i, const HexRecord &, const defe::fe::HexCoords &X);
+  /** Returns the stable step of the elements with their ties, HUGE_VAL if there are none; collective. */
+  double find();
+
+  void build();    // with the neighbour lists
+  void forget();
+  /** As if they were elements, see DefeElements. Returns an atom with a force beyond the grid, -1: none. */
+  int forces(double *f, const defe::SumGrid &, double *virial) const;
+  double energy(double *f) const;
+
+  /** Of each tie that atom i has: a node of the one element, and one of the other. */
+  std::vector<std::pair<tagint, tagint>> joined_at(int i) const;
+
+  /** Those of elements that convert end; collective. */
+  void let_go(const defe::ConversionPlan &);
+
+  double memory_usage() const;
+
+  // ---- by atom ----
+
+  void clear(int i);
+  void grow(int n) override { of.resize(n); }
+  void move(int from, int to) override { of[to] = std::move(of[from]); }
+  int size(int i) const override;
+  int pack(int i, double *buf) const override;
+  int unpack(int i, const double *buf) override;
+  int most() const override;
+
+ private:
+  /** A tie with the IDs of its elements and nodes. Plain data. */
+  struct Kept {
+    tagint a, b;
+    std::array<tagint, defe::Tie::most_nodes> node;
+    defe::Tie tie;
+  };
+  using List = std::vector<Kept>;
+  std::vector<std::unique_ptr<List>> of;
+  bool on_ = false, told = false;
+
+  defe::TiedSurfaces tables;
+  std::vector<std::pair<int, int>> listed;    // of the tables: atom, and number in its list
+
+  /** An element of this rank with free faces, of a part that is tied. */
+  struct Shown {
+    int atom, part, faces;    // a bit for each free face
+    tagint id, node[8];
+    defe::fe::HexCoords X;
+  };
+  struct Guest;
+  struct Box;
+  struct Answer;
+  struct Sums;
+  std::vector<Shown> shown;
+
+  std::vector<Box> boxes() const;
+  std::vector<Guest> guests(const std::vector<Box> &, double size) const;
+  template <class Letters> void send_to_cells(Guest &, double size, Letters &) const;
+  bool meet_here(const Guest &, const Guest &, double size) const;
+  template <class Meet>
+  void for_pairs(const std::vector<Guest> &, double size, const Meet &meet) const;
+  void meet(const Guest &a, const Guest &b, std::vector<std::pair<int, Answer>> &answers,
+            std::vector<Sums> &) const;
+  void tell(const DefeTiedPair &, const Sums &) const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
