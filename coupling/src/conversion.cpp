@@ -17,40 +17,41 @@ namespace {
 
 }    // namespace
 
-Vec3 place_of_de(const fe::HexCoords &x, int node)
+Vec3 place_of_de(const fe::HexCoords &x, int place, ElementSplit split)
 {
-  return fe::interpolate(x, 0.5 * corner_of(node));
+  return fe::interpolate(x, split.centre(place));
 }
 
-std::array<NewDE, 8> convert_hex(const fe::HexCoords &X, const fe::HexCoords &x,
-                                 const fe::HexCoords &v, double mass)
+std::vector<NewDE> convert_hex(const fe::HexCoords &X, const fe::HexCoords &x,
+                               const fe::HexCoords &v, double mass, ElementSplit split)
 {
-  std::array<NewDE, 8> result;
-  for (int k = 0; k < 8; ++k) {
+  std::vector<NewDE> result(split.des());
+  const double half = split.half();
+  for (int k = 0; k < split.des(); ++k) {
     NewDE &de = result[k];
-    const Vec3 centre = 0.5 * corner_of(k);
-    de.node = k;
+    const Vec3 centre = split.centre(k);
+    de.place = k;
     de.X = fe::interpolate(X, centre);
     de.x = fe::interpolate(x, centre);
     de.v = fe::interpolate(v, centre);
-    de.mass = mass / 8.0;
+    de.mass = mass / split.des();
 
     // jacobian(v) = dv/dxi
     const Mat3 L = fe::jacobian(v, centre) * fe::jacobian(x, centre).inverse();
     de.omega = 0.5 * Vec3(L(2, 1) - L(1, 2), L(0, 2) - L(2, 0), L(1, 0) - L(0, 1));
 
     // A part of a trilinear hexahedron between natural coordinate planes is one itself.
-    fe::HexCoords eighth, now;
+    fe::HexCoords cell, now;
     for (int m = 0; m < 8; ++m) {
-      eighth.col(m) = fe::interpolate(X, centre + 0.5 * corner_of(m));
-      now.col(m) = fe::interpolate(x, centre + 0.5 * corner_of(m));
+      cell.col(m) = fe::interpolate(X, centre + half * corner_of(m));
+      now.col(m) = fe::interpolate(x, centre + half * corner_of(m));
     }
-    de.volume = fe::volume(eighth);
+    de.volume = fe::volume(cell);
     de.radius = 0.5 * std::cbrt(de.volume);
     for (int s = 0; s < 6; ++s) {
       Vec3 patch[4], middle = centre;
-      for (int m = 0; m < 4; ++m) patch[m] = eighth.col(fe::hex_face[s][m]);
-      middle[s / 2] += s % 2 ? 0.5 : -0.5;
+      for (int m = 0; m < 4; ++m) patch[m] = cell.col(fe::hex_face[s][m]);
+      middle[s / 2] += s % 2 ? half : -half;
       de.face[s] = fe::interpolate(X, middle) - de.X;
       de.area_normal[s] = facet_area_vector(patch);
       de.area[s] = de.area_normal[s].norm();
@@ -61,44 +62,53 @@ std::array<NewDE, 8> convert_hex(const fe::HexCoords &X, const fe::HexCoords &x,
   return result;
 }
 
-GeneralCell cell_of(const std::array<NewDE, 8> &de, int k)
+GeneralCell cell_of(const std::vector<NewDE> &all, int place, ElementSplit split)
 {
   GeneralCell cell;
   cell.tie = 0;
   for (int s = 0; s < 6; ++s) {
-    cell.face[s] = de[k].face[s];
-    if (slot_is_outer(k, s))
+    cell.face[s] = all[place].face[s];
+    if (split.outer(place, s))
       cell.dX[s].setZero();
     else
-      cell.dX[s] = de[fe::hex_edge_neighbor(k, s / 2)].X - de[k].X;
+      cell.dX[s] = all[split.beside(place, s)].X - all[place].X;
   }
   return cell;
 }
 
-double tie_rotation(const Vec3 &X, const Vec3 &x, const Vec3 face_X[4], const Vec3 face_x[4])
+double tie_rotation(const Vec3 &X, const Vec3 &x, const Vec3 face_X[4], const Vec3 face_x[4],
+                    TieSpot spot)
 {
   Vec3 along[2];
   double length = 0.0;
   for (int now = 0; now < 2; ++now) {
     const Vec3 *p = now ? face_x : face_X;
     Vec3 tie = now ? -x : -X;
-    for (int k = 0; k < 4; ++k) tie += tie_weight[k] * p[k];
-    const Vec3 t1 = (p[1] - p[3]).normalized();
-    const Vec3 n = t1.cross(p[2] - p[0]).normalized();
+    for (int k = 0; k < 4; ++k) tie += weights_of(spot)[k] * p[k];
+    // two lines on the face that are the same ones from either side
+    const bool edge = spot == TieSpot::EDGE;
+    const Vec3 first = edge ? Vec3((p[1] - p[0]) + (p[2] - p[3])) : Vec3(p[1] - p[3]);
+    const Vec3 second = edge ? Vec3((p[2] - p[1]) + (p[3] - p[0])) : Vec3(p[2] - p[0]);
+    const Vec3 t1 = first.normalized();
+    const Vec3 n = t1.cross(second).normalized();
     along[now] = Vec3(tie.dot(t1), tie.dot(n.cross(t1)), 0.0);
     if (!now) length = tie.norm();
   }
   return (along[1] - along[0]).norm() / length;
 }
 
-double conversion_kinetic_loss(const fe::HexCoords &v, double mass, const std::array<NewDE, 8> &de)
+double conversion_kinetic_loss(const fe::HexCoords &v, double mass, const std::vector<NewDE> &all)
 {
   double loss = 0.0;
-  for (int k = 0; k < 8; ++k) {
-    const NewDE &d = de[k];
-    loss += 0.5 * mass / 8.0 * v.col(k).squaredNorm();
+  std::size_t k = 0;
+  const auto take = [&](const NewDE &d) {
     loss -= 0.5 * d.mass * (d.v.squaredNorm() + 0.4 * d.radius * d.radius * d.omega.squaredNorm());
+  };
+  for (; k < 8; ++k) {
+    loss += 0.5 * mass / 8.0 * v.col(static_cast<int>(k)).squaredNorm();
+    if (k < all.size()) take(all[k]);
   }
+  for (; k < all.size(); ++k) take(all[k]);
   return loss;
 }
 

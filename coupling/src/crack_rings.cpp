@@ -1,6 +1,6 @@
 #include "defe/coupling/crack_rings.h"
 
-#include "defe/coupling/conversion.h"
+#include "defe/fe/topology.h"
 
 #include <cmath>
 
@@ -8,20 +8,41 @@ namespace defe {
 
 namespace {
 
+  /// The same where the DE is its element's only one: by the nodes of the face that the two elements have. Its first edge
+  /// lies along an axis of either, and its last one along the other.
+  int across_single(const CrackLattice &lattice, int de, int out, int t)
+  {
+    const int *mine = fe::hex_face[out], *its = fe::hex_face[lattice.partner[de][out] % 6];
+    const int first = lattice.turned[de] >> 2 * out & 3;
+    for (int q : {1, 3}) {
+      const int a = mine[0], b = mine[q], c = its[first], d = its[(first - q + 4) % 4];
+      if (fe::hex_sign[a][t / 2] == fe::hex_sign[b][t / 2]) continue;
+      const bool ahead = fe::hex_sign[b][t / 2] > 0;    // along the edge towards the slot's side
+      for (int axis = 0; axis < 3; ++axis)
+        if (fe::hex_sign[c][axis] != fe::hex_sign[d][axis])
+          return 2 * axis + ((fe::hex_sign[d][axis] > 0) == (ahead == (t % 2 == 1)));
+    }
+    return -1;
+  }
+
   /// Slot of the DE behind slot `out` that looks the same way as slot `t` of this DE; < 0 if unknown.
   /// Siblings share their element's axes. Across an element's face the sibling of this DE along the
   /// axis of t is joined to that DE which is, over there, the sibling along the slot that is sought.
   int same_way(const CrackLattice &lattice, int de, int out, int t)
   {
-    if (!slot_is_outer(lattice.corner[de], out)) return t;
-    const int inner = slot_is_outer(lattice.corner[de], t) ? t ^ 1 : t;
+    const auto is_outer = [&lattice](int d, int slot) {
+      return (lattice.outer[d] >> slot & 1u) != 0;
+    };
+    if (!is_outer(de, out)) return t;
+    if (lattice.outer[de] == 0x3f) return across_single(lattice, de, out, t);
+    const int inner = is_outer(de, t) ? t ^ 1 : t;
     const int sibling = lattice.partner[de][inner];
     if (sibling < 0) return -1;
     const int across = lattice.partner[sibling / 6][out];
     if (across < 0) return -1;
     const int other = lattice.partner[de][out] / 6;
     for (int q = 0; q < 6; ++q)
-      if (!slot_is_outer(lattice.corner[other], q) && lattice.partner[other][q] >= 0 &&
+      if (!is_outer(other, q) && lattice.partner[other][q] >= 0 &&
           lattice.partner[other][q] / 6 == across / 6)
         return t == inner ? q : q ^ 1;
     return -1;

@@ -8,8 +8,10 @@ namespace defe {
 
 namespace {
 
-  // of a slot in the first number of a DE's table: corner, slots, then a bit per tie
-  constexpr int SLOT_BITS = 6, TIE_BITS = 3 + 6 * SLOT_BITS;
+  // the first number of a DE's table: six bits per slot, then one of each that is outer, one of each that is a tie, and
+  // two of each that say how the element behind is turned
+  constexpr int SLOT_BITS = 6, OUTER_BITS = 6 * SLOT_BITS, TIE_BITS = OUTER_BITS + 6,
+                TURN_BITS = TIE_BITS + 6;
   enum : int64_t { JOINED = 1, CUT = 2, REMEMBERED = 4 };
 
   double as_double(std::int64_t bits)
@@ -67,9 +69,10 @@ CrackLattice JointCracks::lattice() const
           id.data(),
           reinterpret_cast<const double(*)[3]>(X.data()),
           reinterpret_cast<const int(*)[6]>(partner.data()),
-          corner.data(),
+          outer.data(),
           state.data(),
           ties.data(),
+          turned.data(),
           key.data()};
 }
 
@@ -90,7 +93,8 @@ void JointCracks::prepare()
   partner.assign(nall, {-1, -1, -1, -1, -1, -1});
   other.assign(nall, {0, 0, 0, 0, 0, 0});
   its_slot.resize(nall);
-  corner.assign(nall, 0);
+  outer.assign(nall, 0);
+  turned.assign(nall, 0);
   ties.assign(nall, 0);
   state.assign(6 * static_cast<size_t>(nall), CrackLattice::INTACT);
   quiet.assign(nall, HUGE_VAL);
@@ -99,7 +103,8 @@ void JointCracks::prepare()
   cuts.clear();
   for (int d = 0; d < n; ++d) {
     const CrackDE r = host.describe(d);
-    corner[d] = static_cast<unsigned char>(r.corner);
+    outer[d] = static_cast<unsigned char>(r.outer);
+    turned[d] = r.turned;
     key[d] = crack_place_key(r.place, std::cbrt(r.volume));
     const double least = d < jt.orthogonal ? 0.5 * r.volume
                                            : crack_least_volume(jt.cell[d - jt.orthogonal]);
@@ -134,7 +139,8 @@ double JointCracks::least_strength_at(int d) const
 
 int JointCracks::pack_table(int d, double *buf) const
 {
-  int64_t bits = corner[d] | static_cast<int64_t>(ties[d]) << TIE_BITS;
+  int64_t bits = static_cast<int64_t>(outer[d]) << OUTER_BITS |
+      static_cast<int64_t>(ties[d]) << TIE_BITS | static_cast<int64_t>(turned[d]) << TURN_BITS;
   int m = 3;
   buf[1] = quiet[d];
   memcpy(&buf[2], &key[d], sizeof(double));
@@ -149,7 +155,7 @@ int JointCracks::pack_table(int d, double *buf) const
       pack(cut->second, &buf[m]);
       m += 4;
     }
-    bits |= b << (3 + SLOT_BITS * s);
+    bits |= b << (SLOT_BITS * s);
   }
   buf[0] = as_double(bits);
   return m;
@@ -158,13 +164,14 @@ int JointCracks::pack_table(int d, double *buf) const
 int JointCracks::unpack_table(int d, const double *buf)
 {
   const auto bits = as_integer(buf[0]);
-  corner[d] = static_cast<unsigned char>(bits & 7);
+  outer[d] = static_cast<unsigned char>(bits >> OUTER_BITS & 63);
+  turned[d] = static_cast<std::uint16_t>(bits >> TURN_BITS & 4095);
   ties[d] = static_cast<unsigned char>(bits >> TIE_BITS & 63);
   quiet[d] = buf[1];
   memcpy(&key[d], &buf[2], sizeof(double));
   int m = 3;
   for (int s = 0; s < 6; ++s) {
-    const int64_t b = bits >> (3 + SLOT_BITS * s) & ((1 << SLOT_BITS) - 1);
+    const int64_t b = bits >> (SLOT_BITS * s) & ((1 << SLOT_BITS) - 1);
     if (!(b & JOINED)) continue;
     other[d][s] = as_integer(buf[m++]);
     its_slot[d][s] = static_cast<signed char>(b >> 3 & 7);
@@ -641,7 +648,7 @@ double JointCracks::memory_usage() const
 {
   return static_cast<double>(id.capacity()) *
       (sizeof(id[0]) + sizeof(X[0]) + sizeof(partner[0]) + sizeof(other[0]) + sizeof(its_slot[0]) +
-       sizeof(quiet[0]) + sizeof(key[0]) + 10.0);
+       sizeof(quiet[0]) + sizeof(key[0]) + 12.0);
 }
 
 }    // namespace defe

@@ -16,7 +16,7 @@ void JointStates::half_forces(bool each_alone)
 {
   if (jt.nde == 0) return;
   tie_points(static_cast<int>(jt.tie_node.size()),
-             reinterpret_cast<const int(*)[4]>(jt.tie_node.data()), particles.x,
+             reinterpret_cast<const int(*)[4]>(jt.tie_node.data()), jt.tie_spot.data(), particles.x,
              jt.tie_point.data());
   const OrthogonalLattice lattice{jt.orthogonal,
                                   jt.self.data(),
@@ -78,10 +78,11 @@ void JointStates::gather(int d, ForceSums &sums)
       }
     } else {
       const auto &node = jt.tie_node[~nb];
+      const double *weight = weights_of(jt.tie_spot[~nb]);
       for (int k = 0; k < 3; ++k) fi[k] += h[k];
       for (int a = 0; a < 4; ++a) {
         double *fa = sums.force_on(node[a]);
-        for (int k = 0; k < 3; ++k) fa[k] -= rounding.on_grid(grid, tie_weight[a] * h[k], node[a]);
+        for (int k = 0; k < 3; ++k) fa[k] -= rounding.on_grid(grid, weight[a] * h[k], node[a]);
       }
       if (h[0] * h[0] + h[1] * h[1] + h[2] * h[2] > threshold[d][s]) above.push_back(6 * d + s);
       ++ties;
@@ -334,8 +335,9 @@ Vec3 JointStates::face_normal(int d, int s, const Vec3 &along) const
 TiePoint JointStates::tie_point(int d, int s) const
 {
   Vec3 face[4];
-  for (int a = 0; a < 4; ++a) face[a] = particles.position(jt.tie_node[~jt.nb[d][s]][a]);
-  return {particles.position(jt.self[d]), face};
+  const int tie = ~jt.nb[d][s];
+  for (int a = 0; a < 4; ++a) face[a] = particles.position(jt.tie_node[tie][a]);
+  return {particles.position(jt.self[d]), face, jt.tie_spot[tie]};
 }
 
 // --- output -----------------------------------------------------------------

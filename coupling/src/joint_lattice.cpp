@@ -7,14 +7,14 @@
 
 namespace defe {
 
-void tie_points(int n, const int (*node)[4], const double *x, double *point)
+void tie_points(int n, const int (*node)[4], const TieSpot *spot, const double *x, double *point)
 {
   for (int t = 0; t < n; t++) {
+    const double *w = weights_of(spot[t]);
     const double *p[4];
     for (int a = 0; a < 4; a++) p[a] = x + 3 * static_cast<std::ptrdiff_t>(node[t][a]);
     for (int k = 0; k < 3; k++)
-      point[3 * t + k] = tie_weight[0] * p[0][k] + tie_weight[1] * p[1][k] +
-          tie_weight[2] * p[2][k] + tie_weight[3] * p[3][k];
+      point[3 * t + k] = w[0] * p[0][k] + w[1] * p[1][k] + w[2] * p[2][k] + w[3] * p[3][k];
   }
 }
 
@@ -52,11 +52,11 @@ Vec3 turned_normal(const GeneralCell &cell, unsigned present, const Vec3 y[6], c
   return U * svd.matrixV().transpose() * normal;
 }
 
-TiePoint::TiePoint(const Vec3 &de, const Vec3 face[4])
+TiePoint::TiePoint(const Vec3 &de, const Vec3 face[4], TieSpot spot) : weight_(weights_of(spot))
 {
   Vec3 point = Vec3::Zero(), middle = Vec3::Zero();
   for (int a = 0; a < 4; a++) {
-    point += tie_weight[a] * face[a];
+    point += weight_[a] * face[a];
     middle += 0.25 * face[a];
   }
   y_ = point - de;
@@ -74,7 +74,7 @@ Vec3 TiePoint::slide(const Vec3 &de, const Vec3 face[4]) const
 {
   Vec3 slide = -de, spin = Vec3::Zero();
   for (int a = 0; a < 4; a++) {
-    slide += tie_weight[a] * face[a];
+    slide += weight_[a] * face[a];
     spin += arm_[a].cross(face[a]);
   }
   slide -= (inertia_inverse_ * spin).cross(y_);
@@ -85,7 +85,7 @@ Vec3 TiePoint::slide(const Vec3 &de, const Vec3 face[4]) const
 void TiePoint::reactions(const Vec3 &force, Vec3 on_node[4]) const
 {
   const Vec3 turn = inertia_inverse_ * y_.cross(force);
-  for (int a = 0; a < 4; a++) on_node[a] = turn.cross(arm_[a]) - tie_weight[a] * force;
+  for (int a = 0; a < 4; a++) on_node[a] = turn.cross(arm_[a]) - weight_[a] * force;
 }
 
 }    // namespace defe

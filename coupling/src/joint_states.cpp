@@ -232,7 +232,7 @@ double JointStates::release_of_pending()
         speed += particles.velocity(nb);
       else
         for (int a = 0; a < 4; ++a)
-          speed += tie_weight[a] * particles.velocity(jt.tie_node[~nb][a]);
+          speed += weights_of(jt.tie_spot[~nb])[a] * particles.velocity(jt.tie_node[~nb][a]);
       work += dt * speed.dot(before[s] - after[s]);
     }
     release += drop - 0.5 * work;

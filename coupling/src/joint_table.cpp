@@ -18,6 +18,7 @@ void JointTable::clear()
   area.clear();
   tie_element.clear();
   tie_part.clear();
+  tie_spot.clear();
   contact_distances.clear();
   len.clear();
   half.clear();
@@ -72,7 +73,8 @@ double JointTable::corner_energy(int d, unsigned present, const double *x,
         p = x[3 * static_cast<std::ptrdiff_t>(other) + k];
       else
         for (int a = 0; a < 4; ++a)
-          p += tie_weight[a] * x[3 * static_cast<std::ptrdiff_t>(tie_node[~other][a]) + k];
+          p += weights_of(tie_spot[~other])[a] *
+              x[3 * static_cast<std::ptrdiff_t>(tie_node[~other][a]) + k];
       y[s][k] = p - xd[k];
     }
   }

@@ -11,24 +11,31 @@ namespace defe {
 
 using fe::HexCoords;
 
-StableSteps discrete_steps(const HexCoords &X, const fe::IsotropicElastic &elastic, double mass)
+StableSteps discrete_steps(const HexCoords &X, const fe::IsotropicElastic &elastic, double mass,
+                           ElementSplit split)
 {
   const CornerModuli moduli{elastic.lambda(), elastic.mu()};
-  const auto eight = convert_hex(X, X, HexCoords::Zero(), mass);
+  const auto all = convert_hex(X, X, HexCoords::Zero(), mass, split);
+  const double its = mass / split.des();
   StableSteps steps;
   steps.des = 0.5 * fe::critical_step(X, elastic);
-  for (int k = 0; k < 8; k++) {
-    auto cell = cell_of(eight, k);
+  for (int k = 0; k < split.des(); k++) {
+    auto cell = cell_of(all, k, split);
+    double behind[6];
     for (int s = 0; s < 6; s++)
-      if (slot_is_outer(k, s)) cell.dX[s] = 2.0 * cell.face[s];
-    steps.joints = std::min(steps.joints, lattice_critical_step(cell, 0x3f, moduli, 0.125 * mass));
-    steps.des = std::min(steps.des, softening_critical_step(cell, 0x3f, moduli, 0.125 * mass));
-    for (int s = 0; s < 6; s++)
-      if (slot_is_outer(k, s)) {
-        cell.dX[s] = cell.face[s];
-        cell.tie |= static_cast<unsigned char>(1 << s);
-      }
-    steps.des = std::min(steps.des, lattice_critical_step(cell, 0x3f, moduli, 0.125 * mass));
+      if (split.outer(k, s)) cell.dX[s] = 2.0 * cell.face[s];
+    steps.joints = std::min(steps.joints, lattice_critical_step(cell, 0x3f, moduli, its));
+    steps.des = std::min(steps.des, softening_critical_step(cell, 0x3f, moduli, its));
+    for (int s = 0; s < 6; s++) {
+      behind[s] = its;
+      if (!split.outer(k, s)) continue;
+      // the eighth that a node has of the element behind, by the ties of a face that it takes: their weights are a
+      // contraction, of n x n ties times n^2/4
+      behind[s] = 0.5 * mass / (split.along() * split.along());
+      cell.dX[s] = cell.face[s];
+      cell.tie |= static_cast<unsigned char>(1 << s);
+    }
+    steps.des = std::min(steps.des, lattice_critical_step(cell, 0x3f, moduli, its, behind));
   }
   return steps;
 }
@@ -61,9 +68,10 @@ void MeshMeasure::add(int part, const HexCoords &X, double volume, double mass)
     steps_.joints = std::min(steps_.joints, its.joints);
   }
   if (!p.converts) return;
-  double r = 0.5 * std::cbrt(volume / 8.0);
+  double r = 0.5 * std::cbrt(volume / p.split.des());
   if (!fe::is_box(X))
-    for (const auto &d : convert_hex(X, X, HexCoords::Zero(), mass)) r = std::max(r, d.radius);
+    for (const auto &d : convert_hex(X, X, HexCoords::Zero(), mass, p.split))
+      r = std::max(r, d.radius);
   radius_[p.type] = std::max(radius_[p.type], r);
 }
 
@@ -75,7 +83,7 @@ StableSteps MeshMeasure::steps_of(int part, const HexCoords &X, double mass)
   StableSteps its;
   if (p.converts) {
     const auto &elastic = p.law->elastic();
-    its = discrete_steps(shape, elastic, exact_ ? elastic.rho * fe::volume(shape) : mass);
+    its = discrete_steps(shape, elastic, exact_ ? elastic.rho * fe::volume(shape) : mass, p.split);
   }
   its.elements = p.law->critical_step(shape);
   known_.add(part, shape, its);

@@ -45,40 +45,39 @@ namespace {
 
 }    // namespace
 
-double Flaws::draw(std::int64_t element, int corner, double size) const
+double Flaws::draw(std::int64_t element, int place, double size) const
 {
   if (!(size > 0.0)) return HUGE_VAL;
   if (!law->random()) return law->stress(1.0);
   std::uint64_t h = mixed(static_cast<std::uint64_t>(seed));
   for (char c : surface) h = mixed(h ^ static_cast<unsigned char>(c));
   h = mixed(h ^ static_cast<std::uint64_t>(element));
-  h = mixed(h ^ static_cast<std::uint64_t>(corner));
+  h = mixed(h ^ static_cast<std::uint64_t>(place));
   return law->stress(-std::log(uniform(h)) * (reference / size));
 }
 
-std::array<double, 8> StrengthField::draw(std::int64_t element, const CornerSizes &sizes,
-                                          const std::vector<unsigned> &faces) const
+std::vector<double> StrengthField::draw(std::int64_t element, const std::vector<PlaceSize> &sizes,
+                                        const std::vector<unsigned> &faces) const
 {
-  std::array<double, 8> least;
-  least.fill(HUGE_VAL);
+  std::vector<double> least(sizes.size(), HUGE_VAL);
   for (std::size_t k = 0; k < flaws.size(); ++k)
-    for (int corner = 0; corner < 8; ++corner) {
-      double size = flaws[k].surface.empty() ? sizes.volume[corner] : 0.0;
+    for (std::size_t place = 0; place < sizes.size(); ++place) {
+      double size = flaws[k].surface.empty() ? sizes[place].volume : 0.0;
       if (!flaws[k].surface.empty())
         for (int f = 0; f < 6; ++f)
-          if (faces[k] >> f & 1u) size += sizes.area[corner][f];
-      least[corner] = std::min(least[corner], flaws[k].draw(element, corner, size));
+          if (faces[k] >> f & 1u) size += sizes[place].area[f];
+      least[place] = std::min(least[place], flaws[k].draw(element, static_cast<int>(place), size));
     }
   return least;
 }
 
-CornerSizes corner_sizes(const fe::HexCoords &X)
+std::vector<PlaceSize> place_sizes(const fe::HexCoords &X, ElementSplit split)
 {
-  const auto eight = convert_hex(X, X, fe::HexCoords::Zero(), 1.0);
-  CornerSizes sizes;
-  for (int k = 0; k < 8; ++k) {
-    sizes.volume[k] = eight[k].volume;
-    for (int s = 0; s < 6; ++s) sizes.area[k][s] = slot_is_outer(k, s) ? eight[k].area[s] : 0.0;
+  std::vector<PlaceSize> sizes;
+  for (const NewDE &de : convert_hex(X, X, fe::HexCoords::Zero(), 1.0, split)) {
+    PlaceSize one{de.volume, {}};
+    for (int s = 0; s < 6; ++s) one.area[s] = split.outer(de.place, s) ? de.area[s] : 0.0;
+    sizes.push_back(one);
   }
   return sizes;
 }

@@ -369,7 +369,7 @@ void DefeAudit::ties_of_faces() const
       for (int f = 0; f < 6; f++)
         // behind an adhesive the DE may have come loose before it was deleted: nobody knows now
         if (h.nb[f] < 0 && !sys.model.adhesive_of(h.nbpart[f], h.part))
-          for (int k : defe::fe::hex_face[static_cast<int>(h.nbface[f])]) {
+          for (int k : sys.model.parts[h.nbpart[f]].split.on_face(h.nbface[f])) {
             const tagint tag = sys.ids.de_tag(-h.nb[f], k);
             letters.to_id(tag, {tag, h.id});
           }

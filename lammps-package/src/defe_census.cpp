@@ -26,12 +26,12 @@ void DefeCensus::weigh_nodes()
   MPI_Allreduce(&mass_here, &now.mass, 1, MPI_DOUBLE, MPI_SUM, world);
 }
 
-void DefeCensus::convert(bigint elements, bigint nodes_gone)
+void DefeCensus::convert(bigint elements, bigint nodes_gone, bigint des_born)
 {
   now.nodes -= nodes_gone;
   now.converted += elements;
   now.elements -= elements;
-  now.des += 8 * elements;
+  now.des += des_born;
 }
 
 void DefeCensus::let_go(double mass)

@@ -33,7 +33,7 @@ class DefeCensus : protected DefeComponent {
   void set_elements(bigint n) { now.elements = n; }
   /** Counted and weighed; collective. */
   void weigh_nodes();
-  void convert(bigint elements, bigint nodes_gone);
+  void convert(bigint elements, bigint nodes_gone, bigint des_born);
   void let_go(double mass);
   /** Atoms may have been deleted: false if there are as many as before; collective. */
   bool recount();

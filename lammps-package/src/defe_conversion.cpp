@@ -49,7 +49,7 @@ struct DefeConversion::Draft {
     DERecord record;
     double strength;    // by its flaws
     std::optional<defe::Mat3> prestress;
-    tagint tag, node;
+    tagint tag, node;    // node of the element beside it, 0: none
     int part;
     imageint image;
   };
@@ -114,12 +114,12 @@ void DefeConversion::mark_start()
 }
 
 /* ----------------------------------------------------------------------
-   a DE was tied to a face of an element that converts. If a joint to the DE of that corner takes the place of
-   the tie: 0; else the distance below which the two, which stay unbonded, are in contact.
+   a DE was tied to a face of an element that converts. If a joint to the DE at this place of it, behind that face, takes
+   the place of the tie: 0; else the distance below which the two, which stay unbonded, are in contact.
    The ranks of both DEs compute the same answer.
 ------------------------------------------------------------------------- */
 
-double DefeConversion::contact_distance_if_separated(int i, const tagint *face, int corner,
+double DefeConversion::contact_distance_if_separated(int i, const tagint *face, int place, int side,
                                                      const HexCoords &element, int part) const
 {
   Vec3 X[4], x[4];
@@ -136,10 +136,10 @@ double DefeConversion::contact_distance_if_separated(int i, const tagint *face, 
   }
   const DefePart &p = sys.model.parts[part];
   const double strain = p.stress / sys.model.material_of(p).elastic().E;
-  if (defe::tie_rotation(Vec3(sys.store.x_frame(i)), Vec3(atom->x[i]), X, x) <
-      defe::tie_rotation_limit * strain)
+  if (defe::tie_rotation(Vec3(sys.store.x_frame(i)), Vec3(atom->x[i]), X, x,
+                         p.split.spot(place, side)) < defe::tie_rotation_limit * strain)
     return 0.0;
-  Vec3 between = defe::place_of_de(element, corner) - Vec3(atom->x[i]);
+  Vec3 between = defe::place_of_de(element, place, p.split) - Vec3(atom->x[i]);
   minimum_image(*domain, between.data());
   // a little less, so that rounding does not bring the two into contact in this very step on some numbers of
   // ranks only
@@ -256,7 +256,7 @@ void DefeConversion::convert()
   }
   const bigint nodes_gone = remove_converted(c);
   create_des(c);
-  finish(static_cast<bigint>(c.own.size()), nodes_gone);
+  finish(static_cast<bigint>(c.own.size()), nodes_gone, static_cast<bigint>(c.births.size()));
 }
 
 void DefeConversion::record_conversion(const Own &o)
@@ -302,8 +302,8 @@ void DefeConversion::collect_marked(Draft &c)
     }
   }
   tell_neighbours(std::move(mine));
-  c.plan =
-      std::make_unique<const defe::ConversionPlan>(sys.ids.base(), std::move(marked.converting));
+  c.plan = std::make_unique<const defe::ConversionPlan>(
+      sys.ids.base(), std::move(marked.converting), sys.model.lot_size());
   for (auto &o : c.own) o.planned = c.plan->converting(o.hex->id);
 }
 
@@ -325,12 +325,13 @@ void DefeConversion::ties_to_joints(const defe::ConversionPlan &plan)
     for (auto &slot : r.slot) {
       if (!ends(slot)) continue;
       const auto element = plan.converting(slot.other)->coords();
-      slot.contact_distance = contact_distance_if_separated(sys.joints.self[d], slot.face_node,
-                                                            slot.corner, element, slot.part);
+      const int place = sys.model.parts[slot.part].split.place_of_code(slot.corner);
+      slot.contact_distance = contact_distance_if_separated(
+          sys.joints.self[d], slot.face_node, place, slot.partner, element, slot.part);
       if (slot.contact_distance > 0.0) slot.state = DefeJoint::CONTACT;
       slot.asks = 0;
       slot.kind = DefeJoint::DE;
-      slot.other = static_cast<tagint>(plan.joint_of_tie(slot.other, slot.corner));
+      slot.other = static_cast<tagint>(plan.joint_of_tie(slot.other, place));
     }
   }
 }
@@ -383,7 +384,7 @@ void DefeConversion::add_shields(const defe::ConversionPlan &plan, HexRecord &h,
 }
 
 /* ----------------------------------------------------------------------
-   the eight DEs of one element, and what its nodes lose
+   the DEs of one element, and what its nodes lose
 ------------------------------------------------------------------------- */
 
 void DefeConversion::add_births(Draft &c, const Own &o)
@@ -399,8 +400,9 @@ void DefeConversion::add_births(Draft &c, const Own &o)
     loss.mass[i] += defe::ConversionPlan::node_share * mass;
     loss.count[i]++;
   }
-  const auto eight = defe::convert_hex(Xe, xe, ve, mass);
-  sys.ledger.conv_kinetic += defe::conversion_kinetic_loss(ve, mass, eight);
+  const auto split = sys.model.parts[h.part].split;
+  const auto all = defe::convert_hex(Xe, xe, ve, mass, split);
+  sys.ledger.conv_kinetic += defe::conversion_kinetic_loss(ve, mass, all);
 
   defe::HexNeighbors neighbors;
   for (int f = 0; f < 6; f++) {
@@ -409,27 +411,27 @@ void DefeConversion::add_births(Draft &c, const Own &o)
     neighbors.rotation[f] = h.nbrot[f];
     neighbors.part[f] = h.nbpart[f];
   }
-  const auto planned = c.plan->births(*o.planned, neighbors, eight);
-  const auto strengths = sys.strengths.of_corners(idx[0], h);
+  const auto planned = c.plan->births(*o.planned, neighbors, all, split);
+  const auto *strengths = sys.strengths.of_places(idx[0], h);
   const defe::Mat3 *prestress = sys.prestress.of_element(idx[0], h);
-  for (int k = 0; k < 8; k++) {
+  for (int k = 0; k < split.des(); k++) {
     Draft::Birth birth;
-    birth.de = eight[k];
-    birth.strength = strengths[k];
+    birth.de = all[k];
+    birth.strength = strengths ? (*strengths)[k] : HUGE_VAL;
     if (prestress) birth.prestress = *prestress;
     birth.part = h.part;
-    birth.node = h.node[k];
+    birth.node = split.node_at(k) < 0 ? 0 : h.node[split.node_at(k)];
     birth.image = atom->image[idx[0]];    // positions are in the frame of that node
     birth.tag = static_cast<tagint>(planned[k].id);
     DERecord &r = birth.record;
-    fill_record(r, eight[k], planned[k]);
+    fill_record(r, all[k], planned[k]);
     r.element = h.id;
     r.corner = k;
     r.part = h.part;
     r.lot = static_cast<tagint>(o.planned->lot);
     for (int s = 0; s < 6; s++)
       if (planned[k].slot[s].to_older)
-        break_joint_to_older(birth.tag, r, s, planned[k], eight[k], idx, xe);
+        break_joint_to_older(birth.tag, r, s, planned[k], all[k], idx, xe);
     c.births.push_back(birth);
   }
 }
@@ -477,11 +479,13 @@ void DefeConversion::break_joint_to_older(tagint tag, DERecord &r, int s,
                                           const std::array<int, 8> &idx, const HexCoords &element)
 {
   JointSlot &slot = r.slot[s];
-  const int j = domain->closest_image(idx[r.corner], sys.ids.local_of(slot.other));
+  const int near = sys.model.parts[r.part].split.first_on_face(r.corner, s);
+  const int j =
+      domain->closest_image(idx[defe::fe::hex_face[s][near]], sys.ids.local_of(slot.other));
   if (j < 0) return;    // deleted
   tagint face_node[4];
   for (int c = 0; c < 4; c++) face_node[c] = static_cast<tagint>(planned.slot[s].face_node[c]);
-  slot.contact_distance = contact_distance_if_separated(j, face_node, r.corner, element, r.part);
+  slot.contact_distance = contact_distance_if_separated(j, face_node, r.corner, s, element, r.part);
   if (!(slot.contact_distance > 0.0)) return;
   slot.state = DefeJoint::CONTACT;
   defe::Event e{};
@@ -605,20 +609,34 @@ void DefeConversion::create_des(const Draft &c)
     sys.strengths.set_de(i, b.strength);
     if (b.prestress) sys.prestress.set_de(i, *b.prestress);
     sys.store.contacts_at(i).fresh = true;
-    const DefeSurface::BallShare first{b.record.element, b.node, 0, 0.0, 0.0};
-    auto share = std::lower_bound(
-        c.from_balls.begin(), c.from_balls.end(), first, [](const auto &p, const auto &q) {
-          return p.element != q.element ? p.element < q.element : p.node < q.node;
-        });
-    for (; share != c.from_balls.end() && share->element == first.element &&
-         share->node == first.node;
-         ++share) {
-      auto &list = sys.store.contacts_at(i).spheres;
-      if (list.empty() || list.back().other != share->ball)
-        list.push_back({share->ball, {0.0, 0.0, 0.0}, 0.0, 0.0, 0.0});
-      list.back().inherit += share->energy;
-      list.back().push += share->push;
-    }
+    take_ball_shares(i, c, b.record.element, b.node, p.split.des() == 1);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   what balls had pressed on the element at the node beside a DE; a single DE takes that of all nodes
+------------------------------------------------------------------------- */
+
+void DefeConversion::take_ball_shares(int i, const Draft &c, tagint element, tagint node,
+                                      bool of_all_nodes)
+{
+  const auto &shares = c.from_balls;
+  const DefeSurface::BallShare first{element, of_all_nodes ? 0 : node, 0, 0.0, 0.0};
+  auto share =
+      std::lower_bound(shares.begin(), shares.end(), first, [](const auto &p, const auto &q) {
+        return p.element != q.element ? p.element < q.element : p.node < q.node;
+      });
+  auto &list = sys.store.contacts_at(i).spheres;
+  for (;
+       share != shares.end() && share->element == element && (of_all_nodes || share->node == node);
+       ++share) {
+    auto known = std::find_if(list.begin(), list.end(), [share](const SphereContact &one) {
+      return one.other == share->ball;
+    });
+    if (known == list.end())
+      known = list.insert(known, {share->ball, {0.0, 0.0, 0.0}, 0.0, 0.0, 0.0});
+    known->inherit += share->energy;
+    known->push += share->push;
   }
 }
 
@@ -626,7 +644,7 @@ void DefeConversion::create_des(const Draft &c)
    totals; local indices are invalid until the next reneighbouring, and the map of atoms is empty: borders() fills it
 ------------------------------------------------------------------------- */
 
-void DefeConversion::finish(bigint converted, bigint nodes_gone)
+void DefeConversion::finish(bigint converted, bigint nodes_gone, bigint born)
 {
   // a DE may be born up to 3/4 of an element outside the sub-domain of its element, and LAMMPS'
   // exchange moves atoms by one sub-domain only
@@ -637,11 +655,11 @@ void DefeConversion::finish(bigint converted, bigint nodes_gone)
     thin = thin || (width < domain->prd[d] && width < sys.mesh.max_diagonal());
   }
 
-  bigint mine[4] = {atom->nlocal, converted, nodes_gone, thin ? 1 : 0}, all[4];
-  MPI_Allreduce(mine, all, 4, MPI_LMP_BIGINT, MPI_SUM, world);
+  bigint mine[5] = {atom->nlocal, converted, nodes_gone, thin ? 1 : 0, born}, all[5];
+  MPI_Allreduce(mine, all, 5, MPI_LMP_BIGINT, MPI_SUM, world);
   atom->natoms = all[0];
   sys.ids.set_natoms(all[0]);
-  sys.census.convert(all[1], all[2]);
+  sys.census.convert(all[1], all[2], all[4]);
   if (all[1] > 0) sys.account.note_conversion();
   atom->nghost = 0;
   make_room_in_map();

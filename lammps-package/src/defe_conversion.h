@@ -54,13 +54,14 @@ class DefeConversion : protected DefeComponent {
   void break_joint_to_older(tagint tag, DERecord &, int slot, const defe::PlannedDE &,
                             const defe::NewDE &, const std::array<int, 8> &idx,
                             const defe::fe::HexCoords &element);
-  double contact_distance_if_separated(int i, const tagint *face, int corner,
+  double contact_distance_if_separated(int i, const tagint *face, int place, int side,
                                        const defe::fe::HexCoords &element, int part) const;
   bigint remove_converted(const Draft &);
   void take_losses();
   bigint delete_nodes();
   void create_des(const Draft &);
-  void finish(bigint converted, bigint nodes_gone);
+  void take_ball_shares(int i, const Draft &, tagint element, tagint node, bool of_all_nodes);
+  void finish(bigint converted, bigint nodes_gone, bigint born);
   void make_room_in_map();
   int born_from = 0;    // local atoms from here on are DEs of this conversion
 

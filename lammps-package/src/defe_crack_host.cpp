@@ -19,9 +19,16 @@ defe::CrackDE DefeCrackHost::describe(int de) const
 {
   const DERecord &r = *sys.joints.rec[de];
   const int i = sys.joints.self[de];
-  defe::CrackDE out{r.corner, r.part, r.volume, {}, {}};
+  const auto split = sys.model.parts[r.part].split;
+  defe::CrackDE out{split.outer_slots(r.corner), 0, r.part, r.volume, {}, {}};
   domain->unmap(sys.store.x_frame(i), atom->image[i], out.place.data());
-  for (int s = 0; s < 6; s++) out.other[s] = r.slot[s].other;
+  for (int s = 0; s < 6; s++) {
+    const JointSlot &slot = r.slot[s];
+    out.other[s] = slot.other;
+    if (split.des() > 1 || slot.kind == DefeJoint::NONE) continue;
+    const int first = defe::fe::hex_face_position(slot.partner, slot.corner);
+    out.turned = static_cast<uint16_t>(out.turned | first << 2 * s);
+  }
   return out;
 }
 

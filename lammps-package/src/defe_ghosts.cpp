@@ -35,6 +35,7 @@ double DefeGhosts::reach() const
   needs.des = sys.census.des() > 0;
   needs.cracks = sys.marks.cracks_ask();
   needs.tied = sys.tied.on();
+  needs.single = sys.model.any_single();
   needs.contact = sys.model.contact_factor > 0.0;
   return defe::ghost_reach(needs);
 }

@@ -29,8 +29,18 @@ int DefeIds::local_of(tagint tag) const
   return (tag > 0 && tag <= atom->map_tag_max) ? atom->map(tag) : -1;
 }
 
+tagint DefeIds::de_tag(tagint lot, int place) const
+{
+  return now.base + sys.model.lot_size() * (lot - 1) + place + 1;
+}
+
+tagint DefeIds::last_de() const
+{
+  return now.base + sys.model.lot_size() * now.last_element;
+}
+
 /* ----------------------------------------------------------------------
-   lots of eight IDs for the elements of this rank that convert now, given by ID; collective
+   lots of IDs for the elements of this rank that convert now, given by ID; collective
 
    The first lots have the numbers of the elements, so that an element's DEs have the same IDs in every
    run. LAMMPS gives new atoms the IDs that follow the largest one: as long as the last lot is not in use, they
@@ -41,10 +51,11 @@ int DefeIds::local_of(tagint tag) const
 std::vector<tagint> DefeIds::deal_lots(const std::vector<tagint> &elements)
 {
   tagint mine[3] = {now.last_id, 0, 0}, all[3];
+  const tagint last = last_de();
   for (int i = 0; i < atom->nlocal; i++) {
     const tagint tag = atom->tag[i];
     mine[0] = MAX(mine[0], tag);
-    if (!sys.store.de(i) && tag > now.base && tag <= last_de()) mine[1] = 1;
+    if (!sys.store.de(i) && tag > now.base && tag <= last) mine[1] = 1;
   }
   for (tagint id : elements) mine[2] = MAX(mine[2], id);
   MPI_Allreduce(mine, all, 3, MPI_LMP_TAGINT, MPI_MAX, world);
@@ -55,11 +66,12 @@ std::vector<tagint> DefeIds::deal_lots(const std::vector<tagint> &elements)
   std::vector<tagint> lots(elements);
   bigint last_lot = all[2];
   if (now.lots_moved) last_lot = deal_behind_all(elements, lots);
-  if (now.base + 8 * last_lot > MAXTAGINT)
+  const int size = sys.model.lot_size();
+  if (now.base + size * last_lot > MAXTAGINT)
     error->all(FLERR,
                "Fix defe needs atom IDs up to {} at step {}: compile LAMMPS with -DLAMMPS_BIGBIG",
-               now.base + 8 * last_lot, update->ntimestep);
-  now.last_born = MAX(now.last_born, de_tag(static_cast<tagint>(last_lot), 7));
+               now.base + size * last_lot, update->ntimestep);
+  now.last_born = MAX(now.last_born, de_tag(static_cast<tagint>(last_lot), size - 1));
   now.last_id = MAX(now.last_id, now.last_born);
   return lots;
 }
@@ -90,7 +102,8 @@ bigint DefeIds::deal_behind_all(const std::vector<tagint> &elements,
   MPI_Scan(&count, &up_to_me, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   MPI_Allreduce(&count, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
 
-  const bigint in_use = (static_cast<bigint>(now.last_id) - now.base + 7) / 8;
+  const int size = sys.model.lot_size();
+  const bigint in_use = (static_cast<bigint>(now.last_id) - now.base + size - 1) / size;
   const bigint first = MAX(in_use, static_cast<bigint>(now.last_element)) + 1;
   struct Answer {
     tagint lot;
@@ -159,10 +172,11 @@ void DefeIds::begin()
   now.last_id = now.base;
   now.last_born = 0;
   now.lots_moved = 0;
-  const bigint last_de = static_cast<bigint>(now.base) + 8 * static_cast<bigint>(now.last_element);
-  if (last_de > MAXTAGINT)
+  const bigint of_des =
+      static_cast<bigint>(now.base) + sys.model.lot_size() * static_cast<bigint>(now.last_element);
+  if (of_des > MAXTAGINT)
     error->all(FLERR, "Fix defe needs atom IDs up to {}: compile LAMMPS with -DLAMMPS_BIGBIG",
-               last_de);
+               of_des);
 }
 
 void DefeIds::forget_newcomers()

@@ -25,14 +25,14 @@ class DefeIds : protected DefeComponent {
   using DefeComponent::DefeComponent;
   /** Index of an atom, -1 if it is not here. */
   int local_of(tagint) const;
-  /** The eight DEs of an element have the IDs of one lot: that with the number of the element, as
+  /** The DEs of an element have the IDs of one lot, by their places: that with the number of the element, as
       long as no other atoms have come; see deal_lots(). */
-  tagint de_tag(tagint lot, int corner) const { return now.base + 8 * (lot - 1) + corner + 1; }
+  tagint de_tag(tagint lot, int place) const;
   tagint base() const { return now.base; }
 
   /** IDs follow those of all atoms and elements that there are; collective. */
   void begin();
-  /** Of eight IDs each for the elements of this rank that convert now, given by ID; collective. */
+  /** Lots for the elements of this rank that convert now, given by ID; collective. */
   std::vector<tagint> deal_lots(const std::vector<tagint> &elements);
 
   void forget_newcomers();
@@ -54,7 +54,7 @@ class DefeIds : protected DefeComponent {
   bigint natoms_known = -1;                  // at the last reneighbouring
   std::vector<tagint> doubtful_newcomers;    // IDs of inserted atoms that a DE may have
 
-  tagint last_de() const { return now.base + 8 * now.last_element; }
+  tagint last_de() const;
   bigint deal_behind_all(const std::vector<tagint> &elements, std::vector<tagint> &lots) const;
 };
 

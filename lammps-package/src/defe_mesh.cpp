@@ -145,6 +145,7 @@ void DefeMesh::build()
   add_masses(mesh);
   find_neighbours(mesh);
   find_tied(mesh);
+  check_splits(mesh);
   sys.hexes_file.check_orphans();
   sys.ids.begin();
   sys.elements.forget_kernels();
@@ -248,7 +249,7 @@ void DefeMesh::measure(DefeMeshDraft &mesh)
   mesh.mass.resize(n);
   std::vector<defe::MeshMeasure::Part> kinds;
   for (const auto &p : sys.model.parts)
-    kinds.push_back({sys.model.material_of(p).law.get(), p.convertible, p.type});
+    kinds.push_back({sys.model.material_of(p).law.get(), p.convertible, p.type, p.split});
   defe::MeshMeasure measure(kinds, atom->ntypes, sys.model.reproducible);
   bigint suspicious = 0, all_suspicious = 0;
   std::vector<HexCoords> coords;
@@ -327,6 +328,13 @@ bool DefeMesh::check_element(const HexRecord &h, const HexCoords &X) const
   if (check.verdict == defe::fe::HexCheck::bad)
     error->one(FLERR, "Part {}: {}; the node order must be that of Abaqus C3D8", p.name,
                defe::fe::describe_bad_hex(h.id, X, check));
+  if (check.verdict == defe::fe::HexCheck::suspicious && p.convertible)
+    for (const auto &size : defe::place_sizes(X, p.split))
+      if (!(size.volume > 0.0))
+        error->one(FLERR,
+                   "Part {}: {}; at that corner a DE would have no volume: mend the mesh there, or "
+                   "do not let that part convert",
+                   p.name, defe::fe::describe_bad_hex(h.id, X, check));
   return check.verdict != defe::fe::HexCheck::suspicious;
 }
 
@@ -483,6 +491,33 @@ void DefeMesh::find_tied(const DefeMeshDraft &mesh)
   }
   const double step = sys.prestress.step_factor() * sys.tied.find();
   if (step < now.dt_finite || now.dt_finite == 0.0) now.dt_finite = step;
+}
+
+/* ----------------------------------------------------------------------
+   DEs on both sides of a face must match one to one; collective
+------------------------------------------------------------------------- */
+
+void DefeMesh::check_splits(const DefeMeshDraft &mesh) const
+{
+  const auto &parts = sys.model.parts;
+  const int none = static_cast<int>(parts.size() * parts.size());
+  int mine = none, first = none;
+  for (const auto *h : mesh.hex)
+    for (int f = 0; f < 6; f++) {
+      const int other = h->nbpart[f];
+      if (h->nb[f] == 0 || parts[h->part].split == parts[other].split) continue;
+      if (parts[h->part].convertible && parts[other].convertible)
+        mine =
+            MIN(mine, MIN(h->part, other) * static_cast<int>(parts.size()) + MAX(h->part, other));
+    }
+  MPI_Allreduce(&mine, &first, 1, MPI_INT, MPI_MIN, world);
+  if (first == none) return;
+  const DefePart &a = parts[first / parts.size()], &b = parts[first % parts.size()];
+  error->all(FLERR,
+             "Fix defe convert: parts {} (split {}) and {} (split {}) have faces in common, where "
+             "their DEs would not meet one to one: give both the same split, or do not let one of "
+             "them convert",
+             a.name, a.split.along(), b.name, b.split.along());
 }
 
 /* ----------------------------------------------------------------------

@@ -77,6 +77,7 @@ class DefeMesh : protected DefeComponent {
   void find_neighbours(const DefeMeshDraft &);
   void find_tied(const DefeMeshDraft &);
   void tell(const DefeMeshDraft &) const;
+  void check_splits(const DefeMeshDraft &) const;
   void find_coordinates(const DefeMeshDraft &, int first, int last,
                         std::vector<defe::fe::HexCoords> &) const;
   bool check_element(const HexRecord &, const defe::fe::HexCoords &) const;

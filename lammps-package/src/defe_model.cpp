@@ -39,7 +39,10 @@ bool DefeModel::are_tied(int part, int other) const
 std::string DefeModel::describe(const DefePart &p) const
 {
   return p.name + ": " + material_of(p).words +
-      (p.convertible ? ", DEs of type " + std::to_string(p.type) : "");
+      (p.convertible ? ", DEs of type " + std::to_string(p.type) : "") +
+      (p.convertible && !(p.split == defe::ElementSplit())
+           ? ", split " + std::to_string(p.split.along())
+           : "");
 }
 
 /* ----------------------------------------------------------------------
@@ -50,6 +53,23 @@ double DefeModel::element_mass(const DefePart &p, double volume) const
 {
   const double mass = material_of(p).elastic().rho * volume;
   return reproducible ? defe::short_mass(mass) : mass;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int DefeModel::lot_size() const
+{
+  int most = any_convertible() ? 0 : defe::ElementSplit().des();
+  for (const DefePart &p : parts)
+    if (p.convertible) most = std::max(most, p.split.des());
+  return most;
+}
+
+bool DefeModel::any_single() const
+{
+  return std::any_of(parts.begin(), parts.end(), [](const DefePart &p) {
+    return p.convertible && p.split.des() == 1;
+  });
 }
 
 /* ---------------------------------------------------------------------- */

@@ -9,6 +9,7 @@
 
 #include "defe/coupling/corner_strain.h"
 #include "defe/coupling/criterion.h"
+#include "defe/coupling/element_split.h"
 #include "defe/coupling/joint_laws.h"
 #include "defe/coupling/prestress_rule.h"
 #include "defe/coupling/strength_field.h"
@@ -40,6 +41,7 @@ struct DefePart {
   double stress = 0.0;    // in uniaxial tension, at which elements convert
   defe::StrengthField strength;    // of its flaws
   defe::PrestressRule prestress;
+  defe::ElementSplit split;    // of its elements into DEs
   int type = 0;                // atom type of its DEs
   int group = 0;               // group its DEs join
   double shield_time = 0.0;    // tau = 3 h / c_d, from the mean element size
@@ -92,6 +94,10 @@ struct DefeModel {
   bool enhanced(const DefePart &) const;
   int find_part(const std::string &) const;
   bool any_convertible() const;
+  /** IDs that are kept for the DEs of an element, of whatever part. */
+  int lot_size() const;
+  /** Some elements become a single DE. */
+  bool any_single() const;
   /** Null: ties between these parts do not break. */
   const defe::Adhesive *adhesive_of(int part, int base) const
   {

@@ -401,8 +401,7 @@ void DefeNotes::laws()
 
 /* ----------------------------------------------------------------------
    a crack waits for elements that are collected. It runs at up to half the speed of shear waves, and asks for them
-   half an edge ahead, which is the spacing of their DEs: that times the fastest wave between them
-   is their stable step.
+   a DE ahead: the spacing of DEs is that of the fastest wave between them in their stable step.
 ------------------------------------------------------------------------- */
 
 void DefeNotes::collecting()
@@ -427,7 +426,7 @@ void DefeNotes::collecting()
   if (names.empty()) return;
   say(fmt::format(
       "with collect {} elements of {} {} wait for up to {:.3g}, in which a crack can run "
-      "{:.3g}, more than half of an element ({:.3g}): cracks stop, and others start in their "
+      "{:.3g}, more than the spacing of DEs ({:.3g}): cracks stop, and others start in their "
       "place; "
       "use collect {} or less",
       sys.model.collect, names.size() > 1 ? "parts" : "part", listed(names), waits, way, room,

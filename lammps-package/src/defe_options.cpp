@@ -211,6 +211,15 @@ void DefeOptions::read_des(DefePart &p)
                    "Fix defe convert {}: group {} does not exist; define it first, for "
                    "instance 'group {} empty'",
                    p.name, arg[iarg + 1], arg[iarg + 1]);
+    } else if (opt == "split") {
+      need(2, "convert ... split");
+      const int along = utils::inumeric(FLERR, arg[iarg + 1], false, lmp);
+      if (along < 1 || along > defe::ElementSplit::most)
+        error->all(FLERR,
+                   "Fix defe convert {}: split must be 1, 2 or 3 (an element becomes 1, 8 or 27 "
+                   "DEs), not {}",
+                   p.name, along);
+      p.split = defe::ElementSplit(along);
     } else if (opt == "start") {
       need(2, "convert ... start");
       p.start = arg[iarg + 1];

@@ -66,7 +66,7 @@ struct JointSlot : JointIds, defe::JointRecord {};
 /** What travels with a discrete element. Plain data: packed as bytes. */
 struct DERecord {
   tagint element;    // the element it came from
-  int corner;        // 0..7
+  int corner;        // its place there, see defe::ElementSplit
   int part;
   double volume;    // reference volume
   // where a DE ends for balls and for facets of other parts: distance and area of the nearest of its

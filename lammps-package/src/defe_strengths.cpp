@@ -24,9 +24,7 @@
 using namespace LAMMPS_NS;
 using defe::fe::HexCoords;
 
-static constexpr int HEX_SIZE = 1 + 8;    // doubles: ID and corners
-
-DefeStrengths::DefeStrengths(DefeSystem &system) : DefeComponent(system), places(system) {}
+DefeStrengths::DefeStrengths(DefeSystem &system) : DefeComponent(system), references(system) {}
 
 void DefeStrengths::begin()
 {
@@ -94,9 +92,9 @@ void DefeStrengths::draw()
   MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
   if (!any) return;
 
-  places.X.resize(atom->nlocal + atom->nghost);
-  for (int i = 0; i < atom->nlocal; i++) std::copy_n(sys.store.x_ref(i), 3, places.X[i].data());
-  sys.ghosts.forward(places, 3);
+  references.X.resize(atom->nlocal + atom->nghost);
+  for (int i = 0; i < atom->nlocal; i++) std::copy_n(sys.store.x_ref(i), 3, references.X[i].data());
+  sys.ghosts.forward(references, 3);
   for (size_t p = 0; p < sys.model.parts.size(); p++) {
     const auto &field = sys.model.parts[p].strength;
     if (!field.given()) continue;
@@ -107,16 +105,16 @@ void DefeStrengths::draw()
       if (all[k].part() == static_cast<int>(p)) draw_batch(static_cast<int>(k), bits, found);
     tell(static_cast<int>(p), found);
   }
-  places.X = {};
+  references.X = {};
 }
 
-int DefeStrengths::Places::pack_forward(int n, const int *list, const double *, double *buf)
+int DefeStrengths::References::pack_forward(int n, const int *list, const double *, double *buf)
 {
   for (int k = 0; k < n; k++) std::copy_n(X[list[k]].data(), 3, buf + 3 * k);
   return 3 * n;
 }
 
-void DefeStrengths::Places::unpack_forward(int n, int first, const double *buf)
+void DefeStrengths::References::unpack_forward(int n, int first, const double *buf)
 {
   for (int k = 0; k < n; k++) std::copy_n(buf + 3 * k, 3, X[first + k].data());
 }
@@ -136,8 +134,8 @@ void DefeStrengths::draw_batch(int batch, const std::vector<int> &bits, std::vec
     const auto &idx = b.nodes(e);
     HexCoords X;
     for (int a = 0; a < 8; a++)
-      for (int k = 0; k < 3; k++) X(k, a) = places.X[idx[a]][k];
-    const auto sizes = defe::corner_sizes(X);
+      for (int k = 0; k < 3; k++) X(k, a) = references.X[idx[a]][k];
+    const auto sizes = defe::place_sizes(X, sys.model.parts[b.part()].split);
     for (size_t k = 0; k < bits.size(); k++) {
       faces[k] = 0;
       for (int f = 0; f < 6 && bits[k]; f++) {
@@ -145,13 +143,14 @@ void DefeStrengths::draw_batch(int batch, const std::vector<int> &bits, std::vec
         for (int a : defe::fe::hex_face[f]) in = in && (atom->mask[idx[a]] & bits[k]);
         if (in) faces[k] |= 1u << f;
       }
-      for (int corner = 0; corner < 8; corner++) {
-        if (!bits[k]) found[k].size += sizes.volume[corner];
+      for (const auto &one : sizes) {
+        if (!bits[k]) found[k].size += one.volume;
         for (int f = 0; f < 6; f++)
-          if (faces[k] >> f & 1u) found[k].size += sizes.area[corner][f];
+          if (faces[k] >> f & 1u) found[k].size += one.area[f];
       }
     }
-    const Corners strength = field.draw(h.id, sizes, faces);
+    Places strength = field.draw(h.id, sizes, faces);
+    strength.resize(sys.model.lot_size(), HUGE_VAL);
     auto &drawn = of[idx[0]];
     if (!drawn) drawn = std::make_unique<Drawn>();
     drawn->hexes.emplace_back(h.id, strength);
@@ -234,7 +233,7 @@ void DefeStrengths::find_limits()
     const DefeBatch &b = all[k];
     Batch &mine = batches[k];
     mine.limit.clear();
-    mine.corners.clear();
+    mine.places.clear();
     mine.least = HUGE_VAL;
     const DefePart &p = sys.model.parts[b.part()];
     if (!b.convertible || !p.strength.given()) continue;
@@ -243,14 +242,14 @@ void DefeStrengths::find_limits()
     for (int e = 0; e < b.size(); e++) {
       mine.limit.push_back(mine.by_strength * of_element(b.nodes(e)[0], *b.hex[e]));
       mine.least = std::min(mine.least, mine.limit.back());
-      if (p.strength.growth.on()) mine.corners.push_back(find(b.nodes(e)[0], b.hex[e]->id));
+      if (p.strength.growth.on()) mine.places.push_back(find(b.nodes(e)[0], b.hex[e]->id));
     }
   }
 }
 
 /* ---------------------------------------------------------------------- */
 
-DefeStrengths::Corners *DefeStrengths::find(int i, tagint element) const
+DefeStrengths::Places *DefeStrengths::find(int i, tagint element) const
 {
   if (!on_ || i < 0 || !of[i]) return nullptr;
   for (auto &one : of[i]->hexes)
@@ -260,16 +259,13 @@ DefeStrengths::Corners *DefeStrengths::find(int i, tagint element) const
 
 double DefeStrengths::of_element(int i, const HexRecord &h) const
 {
-  const Corners *corners = find(i, h.id);
-  return corners ? *std::min_element(corners->begin(), corners->end()) : 0.0;
+  const Places *all = find(i, h.id);
+  return all ? *std::min_element(all->begin(), all->end()) : 0.0;
 }
 
-std::array<double, 8> DefeStrengths::of_corners(int i, const HexRecord &h) const
+const std::vector<double> *DefeStrengths::of_places(int i, const HexRecord &h) const
 {
-  const Corners *corners = find(i, h.id);
-  Corners none;
-  none.fill(HUGE_VAL);
-  return corners ? *corners : none;
+  return find(i, h.id);
 }
 
 double DefeStrengths::of_de(int i) const
@@ -299,7 +295,9 @@ double DefeStrengths::memory_usage() const
 {
   double bytes = static_cast<double>(of.capacity()) * sizeof(of[0]);
   for (const auto &one : of)
-    if (one) bytes += sizeof(Drawn) + one->hexes.capacity() * sizeof(one->hexes[0]);
+    if (one)
+      bytes += sizeof(Drawn) +
+          one->hexes.capacity() * (sizeof(one->hexes[0]) + sys.model.lot_size() * sizeof(double));
   return bytes;
 }
 
@@ -312,15 +310,21 @@ void DefeStrengths::clear(int i)
   if (on_ && i < static_cast<int>(of.size())) of[i].reset();
 }
 
+/** Doubles of an element: ID, and strengths. */
+int DefeStrengths::hex_size() const
+{
+  return 1 + sys.model.lot_size();
+}
+
 int DefeStrengths::size(int i) const
 {
   if (!of[i]) return 1;
-  return of[i]->de > 0.0 ? 2 : 1 + HEX_SIZE * static_cast<int>(of[i]->hexes.size());
+  return of[i]->de > 0.0 ? 2 : 1 + hex_size() * static_cast<int>(of[i]->hexes.size());
 }
 
 int DefeStrengths::most() const
 {
-  return 1 + HEX_SIZE * sys.mesh.hexes_per_node();
+  return 1 + hex_size() * sys.mesh.hexes_per_node();
 }
 
 int DefeStrengths::pack(int i, double *buf) const
@@ -355,6 +359,7 @@ int DefeStrengths::unpack(int i, const double *buf)
   of[i]->hexes.resize(count);
   for (auto &one : of[i]->hexes) {
     one.first = static_cast<tagint>(ubuf(buf[m++]).i);
+    one.second.resize(sys.model.lot_size());
     for (double &s : one.second) s = buf[m++];
   }
   return m;

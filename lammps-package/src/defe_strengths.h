@@ -52,8 +52,8 @@ class DefeStrengths : protected DefeComponent, public DefeField {
 
   /** The least of an element that atom i has; 0: its part has none, or they are not drawn yet. */
   double of_element(int i, const HexRecord &) const;
-  /** By its corners, infinite if there are none. */
-  std::array<double, 8> of_corners(int i, const HexRecord &) const;
+  /** By its places (ElementSplit), null if there are none. */
+  const std::vector<double> *of_places(int i, const HexRecord &) const;
   /** Of a DE; 0: it is none, or has none. */
   double of_de(int i) const;
 
@@ -83,10 +83,11 @@ class DefeStrengths : protected DefeComponent, public DefeField {
   int most() const override;
 
  private:
-  using Corners = std::array<double, 8>;
+  // by place; of elements with fewer places than others the rest is infinite
+  using Places = std::vector<double>;
   struct Drawn {
     double de = 0.0;    // > 0: it is one
-    std::vector<std::pair<tagint, Corners>> hexes;
+    std::vector<std::pair<tagint, Places>> hexes;
   };
   std::vector<std::unique_ptr<Drawn>> of;
   bool on_ = false, growing_ = false, due = true;
@@ -94,8 +95,8 @@ class DefeStrengths : protected DefeComponent, public DefeField {
   struct Batch {
     std::vector<double> limit;
     double least;
-    double by_strength;                // limit of an element over the least of its strengths
-    std::vector<Corners *> corners;    // where flaws grow
+    double by_strength;              // limit of an element over the least of its strengths
+    std::vector<Places *> places;    // where flaws grow
   };
   std::vector<Batch> batches;
 
@@ -108,22 +109,23 @@ class DefeStrengths : protected DefeComponent, public DefeField {
   void tell(int part, const std::vector<Found> &) const;
   void find_limits();
   double share_of_strength(int part) const;
-  Corners *find(int i, tagint element) const;
+  int hex_size() const;
+  Places *find(int i, tagint element) const;
   void check_growth() const;
   void grow_batch(int batch, double dt);
-  void grow_element(const DefeBatch &, int e, double dt, Corners &) const;
+  void grow_element(const DefeBatch &, int e, double dt, Places &) const;
 
   /** Reference positions of ghosts as their owners have them: never wrapped, so that sizes are the same on all ranks. */
-  class Places : public DefeMessage {
+  class References : public DefeMessage {
    public:
-    explicit Places(DefeSystem &s) : sys(s) {}
+    explicit References(DefeSystem &s) : sys(s) {}
     std::vector<std::array<double, 3>> X;
     int pack_forward(int n, const int *list, const double *shift, double *buf) override;
     void unpack_forward(int n, int first, const double *buf) override;
 
    private:
     DefeSystem &sys;
-  } places;
+  } references;
 
   /** Strengths of DEs, or other numbers. */
   class OfGhosts : public DefeMessage {

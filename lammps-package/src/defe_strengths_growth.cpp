@@ -48,7 +48,7 @@ void DefeStrengths::grow_elements()
   if (!growing_) return;
   const double dt = sys.clock.subcycle().every() * update->dt;
   for (size_t k = 0; k < batches.size(); k++)
-    if (!batches[k].corners.empty()) grow_batch(static_cast<int>(k), dt);
+    if (!batches[k].places.empty()) grow_batch(static_cast<int>(k), dt);
 }
 
 void DefeStrengths::grow_batch(int batch, double dt)
@@ -59,30 +59,32 @@ void DefeStrengths::grow_batch(int batch, double dt)
   const double *bound = b.bounds();
   for (int e = 0; e < b.size(); e++) {
     if (!(bound[e] > share * mine.limit[e])) continue;
-    Corners &corners = *mine.corners[e];
-    grow_element(b, e, dt, corners);
-    mine.limit[e] = mine.by_strength * *std::min_element(corners.begin(), corners.end());
+    Places &all = *mine.places[e];
+    grow_element(b, e, dt, all);
+    mine.limit[e] = mine.by_strength * *std::min_element(all.begin(), all.end());
     mine.least = std::min(mine.least, mine.limit[e]);
   }
 }
 
 /* ----------------------------------------------------------------------
-   with the tension at the centre, or each corner with that at the Gauss point beside it
+   with the tension at the centre, or each place with that at the Gauss point beside it (between Gauss points where it is
+   at no corner)
 ------------------------------------------------------------------------- */
 
-void DefeStrengths::grow_element(const DefeBatch &b, int e, double dt, Corners &corners) const
+void DefeStrengths::grow_element(const DefeBatch &b, int e, double dt, Places &all) const
 {
   const DefePart &p = sys.model.parts[b.part()];
   HexCoords x, X;
   sys.elements.kernel_coords(*b.hex[e], b.nodes(e).data(), x, X);
   Vec3 direction;
   double tension = 0.0;
-  for (int c = 0; c < 8; c++) {
+  for (int c = 0; c < p.split.des(); c++) {
     if (sys.model.gauss_stress || c == 0) {
-      const Vec3 xi = sys.model.gauss_stress ? defe::fe::gauss_points()[c] : Vec3(Vec3::Zero());
+      const Vec3 xi = sys.model.gauss_stress ? p.split.sign(c) / std::sqrt(3.0)
+                                             : Vec3(Vec3::Zero());
       tension = p.criterion->value(b.kernel().stress(x, X, xi), direction);
     }
-    corners[c] = p.strength.growth.weakened(corners[c], tension, dt);
+    all[c] = p.strength.growth.weakened(all[c], tension, dt);
   }
 }
 

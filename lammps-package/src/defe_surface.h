@@ -35,7 +35,7 @@ class DefeSurface : protected DefeComponent {
 
   /** Elements are about to convert: the energy of contacts is booked from the old to the new ones. */
   void begin_conversion();
-  /** Energy of balls on a quarter of an element that converts: its DE takes it over. */
+  /** Energy of balls on a quarter of an element's face that converts: the DE at that node takes it over, or the only one. */
   struct BallShare {
     tagint element, node, ball;
     double energy, push;
@@ -45,9 +45,9 @@ class DefeSurface : protected DefeComponent {
   /** Distance from the centre at which a sphere begins, for spheres that are not bonded to it and
       facets of other parts: of a DE its outer face, of others their radius. Owned and ghost. */
   double reach_of(int i) const;
-  /** Stiffness of a ball or a facet of another part against a DE (N/m): f_s K A^2/2V of its outer face,
-      which is that of the same area of its element (four times A, eight times V), so that a contact does not
-      change at a conversion. 0 if there is no contact of surfaces. */
+  /** Stiffness of a ball or a facet of another part against a DE (N/m): f_s K A^2/nV of its outer face (split n),
+      which is that of the same area of its element (of eight DEs: four times A, eight times V), so that a contact does
+      not change at a conversion. 0 if there is no contact of surfaces. */
   double ball_stiffness(int part, int i) const;
 
   /** What contacts have met since the last report, each kind reported once; collective. */

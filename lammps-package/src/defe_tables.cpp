@@ -71,7 +71,8 @@ void DefeTables::update_frames()
     const DERecord *r = sys.store.de(i);
     if (!r) continue;
     outer.reach[i] = r->outer_distance;
-    outer.length[i] = 0.5 * r->outer_area * r->outer_area / r->volume;
+    outer.length[i] =
+        sys.model.parts[r->part].split.half() * r->outer_area * r->outer_area / r->volume;
   }
   sys.ghosts.forward(outer, 5);
 }
@@ -253,6 +254,8 @@ void DefeTables::add_tie(int d, int s)
   jt.tie_node.push_back(node);
   jt.tie_element.push_back(slot.other);
   jt.tie_part.push_back(slot.part);
+  const DERecord &r = *jt.rec[d];
+  jt.tie_spot.push_back(sys.model.parts[r.part].split.spot(r.corner, s));
   if (slot.asks) jt.asking.push_back(6 * d + s);
 }
 

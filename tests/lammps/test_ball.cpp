@@ -6,6 +6,7 @@
 #include "glass_block.h"
 
 #include <cmath>
+#include <tuple>
 
 using namespace defe::test;
 using defe::Vec3;
@@ -171,16 +172,23 @@ TEST(Ball, HitsDiscreteBlock)
 // Elements convert while the ball presses on them: the account goes on without a jump.
 TEST(Ball, ElementsConvertUnderIt)
 {
-  for (const auto &[flat, law] :
-       {std::pair(1.0, ""), {0.75, ""}, {0.5, ""}, {1.5, ""}, {1.0, "hertz"}}) {
+  for (const auto &[flat, law, split] : {std::tuple(1.0, "", 2),
+                                         {0.75, "", 2},
+                                         {0.5, "", 2},
+                                         {1.5, "", 2},
+                                         {1.0, "hertz", 2},
+                                         {1.0, "", 1},
+                                         {1.0, "", 3}}) {
     SCOPED_TRACE(flat);
+    SCOPED_TRACE(split);
     Hit hit;
     hit.flat = flat;
     hit.law = law;
     hit.at = Vec3(4e-3, 4e-3, 0.0);
     hit.radius = 10e-3;
     hit.velocity = Vec3(0.0, 0.0, -4.0);
-    hit.convert = (flat > 1.0 ? "2e6" : "4e6") + std::string(" type 2 group particles");
+    hit.convert = (flat > 1.0 ? "2e6" : "4e6") + std::string(" type 2 group particles split ") +
+        std::to_string(split);
     hit.dt = 2e-8;
     Lammps lmp;
     hit.start(lmp);

@@ -288,7 +288,7 @@ TEST(Collecting, LongerThanACrackNeeds)
   EXPECT_EQ(
       converting(convert + "60"),
       Notes{"with collect 60 elements of part glass wait for up to 6e-07, in which a crack can "
-            "run 0.00102, more than half of an element (0.001): cracks stop, and others start "
+            "run 0.00102, more than the spacing of DEs (0.001): cracks stop, and others start "
             "in their place; use collect 58 or less"});
   EXPECT_EQ(converting("1e12 type 4 group particles collect 60"), Notes());
 }

@@ -56,7 +56,8 @@ class CrackBody {
   std::vector<std::int64_t> id;
   std::vector<std::array<double, 3>> X;
   std::vector<std::array<int, 6>> partner;
-  std::vector<unsigned char> corner, state, present, type;
+  std::vector<unsigned char> outer, state, present, type;
+  std::vector<std::uint16_t> turned;
   std::vector<std::array<Vec3, 6>> area;    // whole joints, outward
   std::vector<double> volume, quiet, energy, mass;
   std::vector<Vec3> x, v, f;
@@ -75,8 +76,8 @@ class CrackBody {
   double stored = 0.0, work = 0.0;
 
   CrackBody(const Mesh &mesh, const CohesiveParameters &law, bool boxes,
-            const fe::IsotropicElastic &material = glass()) :
-      block(mesh, std::vector<char>(mesh.hex.size(), 1), material),
+            const fe::IsotropicElastic &material = glass(), ElementSplit split = ElementSplit()) :
+      block(mesh, std::vector<char>(mesh.hex.size(), 1), material, split),
       n(block.des()), moduli(block.moduli), law(law), boxes(boxes)
   {
     for (int i = 0; i < n; ++i) {
@@ -86,7 +87,8 @@ class CrackBody {
       x.push_back(p.birth.X);
       mass.push_back(p.birth.mass);
       volume.push_back(p.birth.volume);
-      corner.push_back(static_cast<unsigned char>(p.corner));
+      outer.push_back(static_cast<unsigned char>(block.split.outer_slots(p.place)));
+      turned.push_back(p.turned);
       present.push_back(static_cast<unsigned char>(p.present));
       partner.push_back({-1, -1, -1, -1, -1, -1});
       for (int s = 0; s < 6; ++s)
@@ -133,8 +135,10 @@ class CrackBody {
             id.data(),
             reinterpret_cast<const double(*)[3]>(X.data()),
             reinterpret_cast<const int(*)[6]>(partner.data()),
-            corner.data(),
-            state.data()};
+            outer.data(),
+            state.data(),
+            nullptr,
+            turned.data()};
   }
   CrackStrength strength() const
   {

@@ -88,12 +88,13 @@ inline void shuffle_local_axes(Mesh &mesh, std::mt19937 &random)
 class Block {
  public:
   struct Particle {
-    int element, corner;
+    int element, place;
     NewDE birth;
     GeneralCell cell;
     unsigned present = 0;
-    int nb[6] = {};         ///< other end: particle number, or ~number of the tie
-    int nb_slot[6] = {};    ///< the other DE's slot of the same joint
+    std::uint16_t turned = 0;    ///< see CrackLattice
+    int nb[6] = {};              ///< other end: particle number, or ~number of the tie
+    int nb_slot[6] = {};         ///< the other DE's slot of the same joint
   };
 
   Mesh mesh;
@@ -101,14 +102,18 @@ class Block {
   CornerModuli moduli;
   std::vector<char> converted;
   std::vector<Particle> de;
-  std::vector<std::array<int, 4>> tie;    ///< face nodes, own corner first
+  std::vector<std::array<int, 4>> tie;    ///< face nodes, from the nearest one on
+  std::vector<TieSpot> spot;              ///< of ties
+  ElementSplit split;
   std::vector<std::array<int, 8>> elements;
   Vectors X;                   ///< nodes, then DEs
   std::vector<double> mass;    ///< of nodes (living elements only), then DEs
   bool orthogonal = false;     ///< forces by corner_strain_orthogonal
 
-  Block(const Mesh &m, const std::vector<char> &which, const fe::IsotropicElastic &material) :
-      mesh(m), material(material), moduli{material.lambda(), material.mu()}, converted(which),
+  Block(const Mesh &m, const std::vector<char> &which, const fe::IsotropicElastic &material,
+        ElementSplit s = ElementSplit()) :
+      mesh(m),
+      material(material), moduli{material.lambda(), material.mu()}, converted(which), split(s),
       X(m.X)
   {
     const int ne = static_cast<int>(mesh.hex.size());
@@ -127,13 +132,13 @@ class Block {
         continue;
       }
       first[e] = static_cast<int>(de.size());
-      const auto born = convert_hex(C, C, fe::HexCoords::Zero(), m_e);
-      for (int k = 0; k < 8; ++k) {
+      const auto born = convert_hex(C, C, fe::HexCoords::Zero(), m_e, split);
+      for (int k = 0; k < split.des(); ++k) {
         Particle p;
         p.element = e;
-        p.corner = k;
+        p.place = k;
         p.birth = born[k];
-        p.cell = cell_of(born, k);
+        p.cell = cell_of(born, k, split);
         de.push_back(p);
       }
     }
@@ -145,15 +150,17 @@ class Block {
     const auto neighbors = fe::match_faces(mesh.hex);
     for (Particle &p : de)
       for (int s = 0; s < 6; ++s) {
-        if (!slot_is_outer(p.corner, s)) {
-          p.nb[s] = first[p.element] + fe::hex_edge_neighbor(p.corner, s / 2);
+        if (!split.outer(p.place, s)) {
+          p.nb[s] = first[p.element] + split.beside(p.place, s);
           p.nb_slot[s] = s ^ 1;
         } else {
           const fe::FaceNeighbor &other = neighbors[p.element][s];
           if (other.element < 0) continue;
-          const int at = fe::hex_face_position(s, p.corner);
+          const int at = split.first_on_face(p.place, s);
           if (converted[other.element]) {
-            p.nb[s] = first[other.element] + other.node[at];
+            const int rotation = fe::hex_face_position(other.face, other.node[0]);
+            p.nb[s] = first[other.element] + split.behind(p.place, s, other.face, rotation);
+            if (split.des() == 1) p.turned |= static_cast<std::uint16_t>(rotation << 2 * s);
             p.nb_slot[s] = other.face;
             p.cell.dX[s] = de[p.nb[s]].birth.X - p.birth.X;
           } else {
@@ -164,6 +171,7 @@ class Block {
             p.nb_slot[s] = -1;
             p.cell.tie |= 1u << s;
             tie.push_back(nodes);
+            spot.push_back(split.spot(p.place, s));
             p.cell.dX[s] = tie_point(tie.size() - 1, mesh.X) - p.birth.X;
           }
         }
@@ -185,7 +193,7 @@ class Block {
   Vec3 tie_point(int t, const Vectors &x) const
   {
     Vec3 p = Vec3::Zero();
-    for (int i = 0; i < 4; ++i) p += tie_weight[i] * x[tie[t][i]];
+    for (int i = 0; i < 4; ++i) p += weights_of(spot[t])[i] * x[tie[t][i]];
     return p;
   }
 
@@ -214,7 +222,10 @@ class Block {
         if (de[i].nb[s] >= 0)
           f[n0 + de[i].nb[s]] -= half[i][s];
         else
-          for (int k = 0; k < 4; ++k) f[tie[~de[i].nb[s]][k]] -= tie_weight[k] * half[i][s];
+          for (int k = 0; k < 4; ++k) {
+            const int t = ~de[i].nb[s];
+            f[tie[t][k]] -= weights_of(spot[t])[k] * half[i][s];
+          }
       }
     return energy;
   }

@@ -51,7 +51,7 @@ class JointRank : public CrackHost {
   CrackDE describe(int d) const override
   {
     const auto &p = block.de[block_de(d)];
-    CrackDE out{p.corner, 0, p.birth.volume, p.birth.X, {}};
+    CrackDE out{block.split.outer_slots(p.place), p.turned, 0, p.birth.volume, p.birth.X, {}};
     for (int s = 0; s < 6; ++s)
       if (p.present >> s & 1u && p.nb[s] >= 0) out.other[s] = block.nodes() + p.nb[s] + 1;
     return out;
@@ -102,6 +102,7 @@ class JointRank : public CrackHost {
           std::copy_n(block.tie[~p.nb[s]].begin(), 4, jt.tie_node.back().begin());
           jt.tie_element.push_back(1);
           jt.tie_part.push_back(0);
+          jt.tie_spot.push_back(block.spot[~p.nb[s]]);
         }
       }
       r.area = jt.area[d][s] = area.norm();

@@ -39,7 +39,7 @@ TEST(Conversion, Cube)
   const double h = 2e-3, mass = 3.0;
   const auto de = convert_hex(cube(h), cube(h), fe::HexCoords::Zero(), mass);
   for (int k = 0; k < 8; ++k) {
-    EXPECT_EQ(de[k].node, k);
+    EXPECT_EQ(de[k].place, k);
     EXPECT_DOUBLE_EQ(de[k].mass, mass / 8.0);
     EXPECT_NEAR(de[k].radius, h / 4.0, 1e-15 * h);
     EXPECT_NEAR(de[k].volume, h * h * h / 8.0, 1e-14 * h * h * h);
@@ -51,13 +51,13 @@ TEST(Conversion, Cube)
       EXPECT_LT((de[k].area_normal[s] - out * h * h / 4.0).norm(), 1e-15 * h * h);
       EXPECT_NEAR(de[k].area[s], h * h / 4.0, 1e-15 * h * h);
       // outer slots point away from the centre of the element
-      EXPECT_EQ(slot_is_outer(k, s), out.dot(de[k].X) > 0.0);
+      EXPECT_EQ(ElementSplit().outer(k, s), out.dot(de[k].X) > 0.0);
     }
     for (int a = 0; a < 3; ++a) EXPECT_DOUBLE_EQ(de[k].X[a], fe::hex_sign[k][a] * h / 4.0);
     const GeneralCell cell = cell_of(de, k);
     EXPECT_TRUE(is_orthogonal(cell));
     for (int s = 0; s < 6; ++s)
-      EXPECT_NEAR(cell.dX[s].norm(), slot_is_outer(k, s) ? 0.0 : h / 2.0, 1e-15 * h);
+      EXPECT_NEAR(cell.dX[s].norm(), ElementSplit().outer(k, s) ? 0.0 : h / 2.0, 1e-15 * h);
   }
 }
 
@@ -69,21 +69,26 @@ TEST(Conversion, MassMomentumAndGeometryOfAnyHex)
     fe::HexCoords v;
     for (int k = 0; k < 8; ++k) v.col(k) = random_vector(random, 5.0);
     const double mass = 2.7;
-    const auto de = convert_hex(X, x, v, mass);
+    const ElementSplit split(1 + test % 3);
+    const auto de = convert_hex(X, x, v, mass, split);
+    ASSERT_EQ(static_cast<int>(de.size()), split.des());
     double m = 0.0, volume = 0.0;
     Vec3 momentum = Vec3::Zero(), before = Vec3::Zero(), centre = Vec3::Zero();
     for (int k = 0; k < 8; ++k) {
+      before += mass / 8.0 * v.col(k);
+      centre -= 0.125 * x.col(k);
+    }
+    for (int k = 0; k < split.des(); ++k) {
       m += de[k].mass;
       volume += de[k].volume;
       momentum += de[k].mass * de[k].v;
-      before += mass / 8.0 * v.col(k);
-      centre += 0.125 * (de[k].x - x.col(k));
+      centre += de[k].x / split.des();
       Vec3 closed = Vec3::Zero();
       for (int s = 0; s < 6; ++s) {
         closed += de[k].area_normal[s];
         EXPECT_GT(de[k].area_normal[s].dot(de[k].face[s]), 0.0);
-        if (slot_is_outer(k, s)) continue;
-        const NewDE &other = de[fe::hex_edge_neighbor(k, s / 2)];
+        if (split.outer(k, s)) continue;
+        const NewDE &other = de[split.beside(k, s)];
         EXPECT_LT((de[k].area_normal[s] + other.area_normal[s ^ 1]).norm(), 1e-14);
         EXPECT_LT((de[k].X + de[k].face[s] - other.X - other.face[s ^ 1]).norm(), 1e-14);
       }
@@ -123,8 +128,9 @@ TEST(Conversion, UniformStrainEnergyEqualsThatOfTheFiniteElements)
   Mat3 A;
   A << 1.0, 0.25, -0.125, 0.125, 0.75, 0.25, 0.0, -0.25, 1.25;
   const int N = 5;
-  for (bool sheared : {false, true})
-    for (double fraction : {0.1, 0.5, 1.0}) {
+  for (int along : {1, 2, 3})
+    for (bool sheared : {false, true}) {
+      const double fraction = 0.5;
       Mesh mesh = box_mesh(N, N, N, 2e-3, [&](const Vec3 &X) {
         return sheared ? Vec3(A * X) : X;
       });
@@ -136,7 +142,7 @@ TEST(Conversion, UniformStrainEnergyEqualsThatOfTheFiniteElements)
             uniform(random, 0.0, 1.0) < fraction;
       }
       const Block finite(mesh, none, glass);
-      Block mixed(mesh, some, glass);
+      Block mixed(mesh, some, glass, ElementSplit(along));
       Mat3 H;
       for (int k = 0; k < 9; ++k) H(k / 3, k % 3) = uniform(random, -1e-3, 1e-3);
       const Mat3 F = random_rotation(random) * (Mat3::Identity() + H);
@@ -193,6 +199,12 @@ TEST(Conversion, KineticEnergyBalance)
   const double lumped = 0.5 * mass * std::pow(rate * h / 2.0, 2);
   EXPECT_NEAR(conversion_kinetic_loss(v, mass, de), 0.75 * lumped, 1e-12 * lumped);
 
+  // of 27 DEs two thirds lie at 2/3 of the edge: 8/27 are left; of a single one nothing
+  EXPECT_NEAR(conversion_kinetic_loss(v, mass, convert_hex(X, X, v, mass, ElementSplit(3))),
+              19.0 / 27.0 * lumped, 1e-12 * lumped);
+  EXPECT_NEAR(conversion_kinetic_loss(v, mass, convert_hex(X, X, v, mass, ElementSplit(1))), lumped,
+              1e-12 * lumped);
+
   const Vec3 omega(0.0, 0.0, rate);    // a rotation
   for (int k = 0; k < 8; ++k) v.col(k) = omega.cross(Vec3(X.col(k)));
   de = convert_hex(X, X, v, mass);
@@ -222,26 +234,28 @@ TEST(Conversion, AngularMomentumBalance)
   EXPECT_LT((spin - mass * h * h / 40.0 * omega).norm(), 1e-14);
 }
 
-TEST(Conversion, TieWeightsAreTheShapeFunctionsAtAQuarterOfTheFace)
+TEST(Conversion, TieWeightsAreTheShapeFunctionsAtThePatches)
 {
   double N[4];
   facet_shape(-0.5, -0.5, N);
-  for (int i = 0; i < 4; ++i) EXPECT_DOUBLE_EQ(tie_weight[i], N[i]);
+  for (int i = 0; i < 4; ++i) EXPECT_DOUBLE_EQ(weights_of(TieSpot::QUARTER)[i], N[i]);
 
-  // ... and the tie point is the middle of the quarter patch, on any hex
+  // ... and the tie point is the middle of the DE's patch, on any hex, whatever its split
   std::mt19937 random(5);
   const Mesh mesh = box_mesh(3, 1, 1, 1.0, [&](const Vec3 &X) {
     return Vec3(X + random_vector(random, 0.2));
   });
-  const Block block(mesh, {0, 1, 0}, glass);
-  int ties = 0;
-  for (const auto &p : block.de)
-    for (int s = 0; s < 6; ++s)
-      if (p.cell.tie >> s & 1u) {
-        EXPECT_LT((p.cell.dX[s] - p.cell.face[s]).norm(), 1e-15);
-        ++ties;
-      }
-  EXPECT_EQ(ties, 8);
+  for (int along : {1, 2, 3}) {
+    const Block block(mesh, {0, 1, 0}, glass, ElementSplit(along));
+    int ties = 0;
+    for (const auto &p : block.de)
+      for (int s = 0; s < 6; ++s)
+        if (p.cell.tie >> s & 1u) {
+          EXPECT_LT((p.cell.dX[s] - p.cell.face[s]).norm(), 1e-15);
+          ++ties;
+        }
+    EXPECT_EQ(ties, 2 * along * along);
+  }
 }
 
 // A strip of cubes in pure bending, `layers` through its height, before and after elements of it convert.
@@ -273,7 +287,7 @@ Bent bend(int layers, bool all)
   result.before = finite.forces(nodes, f);
   const fe::HexCoords X = mesh.coords(middle, mesh.X);
   result.element = fe::EnhancedKernel(material).energy(mesh.coords(middle, nodes), X);
-  for (const auto &p : mixed.de) x.push_back(place_of_de(mesh.coords(p.element, nodes), p.corner));
+  for (const auto &p : mixed.de) x.push_back(place_of_de(mesh.coords(p.element, nodes), p.place));
   result.after = mixed.forces(x, f);
   double inner = 0.0, ends = 0.0;
   for (size_t i = 0; i < x.size(); ++i) {

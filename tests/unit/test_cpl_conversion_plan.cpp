@@ -106,14 +106,15 @@ struct Pair {
     }
     return c;
   }
-  std::array<NewDE, 8> eight(int e) const
+  ElementSplit split;
+  std::vector<NewDE> eight(int e) const
   {
     const HexCoords X = coords(e);
-    return convert_hex(X, X, HexCoords::Zero(), 1.0);
+    return convert_hex(X, X, HexCoords::Zero(), 1.0, split);
   }
-  std::array<PlannedDE, 8> births(const ConversionPlan &plan, int e) const
+  std::vector<PlannedDE> births(const ConversionPlan &plan, int e) const
   {
-    return plan.births(converting(e), neighbors[e], eight(e));
+    return plan.births(converting(e), neighbors[e], eight(e), split);
   }
   /// Of the face that is shared.
   int face(int e) const
@@ -129,9 +130,11 @@ struct World {
   std::map<std::int64_t, PlannedDE> de;
   std::map<std::int64_t, Vec3> place;
 
-  void add(const std::array<PlannedDE, 8> &planned, const std::array<NewDE, 8> &eight)
+  ElementSplit split;
+
+  void add(const std::vector<PlannedDE> &planned, const std::vector<NewDE> &eight)
   {
-    for (int k = 0; k < 8; k++) {
+    for (int k = 0; k < split.des(); k++) {
       EXPECT_EQ(de.count(planned[k].id), 0u) << "an ID twice";
       de[planned[k].id] = planned[k];
       place[planned[k].id] = eight[k].X;
@@ -148,14 +151,17 @@ struct World {
         if (slot.kind != PlannedSlot::JOINT) continue;
         const auto other = de.find(slot.other);
         ASSERT_NE(other, de.end());
-        EXPECT_NEAR((place.at(slot.other) - place.at(one.first)).norm(), 0.5, 1e-12);
+        EXPECT_NEAR((place.at(slot.other) - place.at(one.first)).norm(), 1.0 / split.along(),
+                    1e-12);
         const auto &back = other->second.slot[static_cast<int>(slot.partner)];
         EXPECT_EQ(back.kind, PlannedSlot::JOINT);
         EXPECT_EQ(back.other, one.first);
         EXPECT_EQ(static_cast<int>(back.partner), s);
-        across += (one.first - base - 1) / 8 != (slot.other - base - 1) / 8;
+        const int lot = split.des();
+        across += (one.first - base - 1) / lot != (slot.other - base - 1) / lot;
       }
-    EXPECT_EQ(across, 8) << "four joints through the face, seen from both sides";
+    EXPECT_EQ(across, 2 * split.along() * split.along())
+        << "the joints through the face, seen from both sides";
   }
 };
 
@@ -234,6 +240,82 @@ TEST(ConversionPlan, TheNeighborLater)
     world.add(planned, pair.eight(1));
     world.expect_whole();
   });
+}
+
+// One and 27 DEs for an element: the same, and ties end at the middles of patches.
+TEST(ConversionPlan, OtherSplits)
+{
+  for (int along : {1, 3})
+    for_all_orientations([along](Pair pair) {
+      const ElementSplit split(along);
+      pair.split = split;
+      World now, later;
+      now.split = later.split = split;
+      const ConversionPlan both(base, {pair.converting(0), pair.converting(1)}, split.des());
+      for (int e = 0; e < 2; e++) now.add(pair.births(both, e), pair.eight(e));
+      now.expect_whole();
+
+      const ConversionPlan first(base, {pair.converting(0)}, split.des());
+      later.add(pair.births(first, 0), pair.eight(0));
+      pair.neighbors[1].behind[pair.face(1)] = first.behind_now(1);
+      const ConversionPlan second(base, {pair.converting(1)}, split.des());
+      int ties = 0;
+      for (auto &one : later.de)
+        for (int s = 0; s < 6; s++) {
+          PlannedSlot &slot = one.second.slot[s];
+          if (slot.kind != PlannedSlot::TIE) continue;
+          ties++;
+          Vec3 end = Vec3::Zero();
+          const int place = static_cast<int>((one.first - base - 1) % split.des());
+          for (int a = 0; a < 4; a++)
+            end += weights_of(split.spot(place, s))[a] * position(slot.face_node[a]);
+          const Vec3 face = pair.eight(0)[place].X + pair.eight(0)[place].face[s];
+          EXPECT_NEAR((end - face).norm(), 0.0, 1e-14);
+          slot.kind = PlannedSlot::JOINT;
+          slot.other = second.joint_of_tie(slot.other, split.place_of_code(slot.corner));
+        }
+      EXPECT_EQ(ties, along * along);
+      later.add(pair.births(second, 1), pair.eight(1));
+      later.expect_whole();
+    });
+}
+
+// Both elements of a face ask whether a tie has turned too far, from the nodes that they list: one answer.
+TEST(ConversionPlan, BothSidesOfATieSeeItTurnAlike)
+{
+  for (int along : {1, 2, 3})
+    for_all_orientations([along](Pair pair) {
+      const ElementSplit split(along);
+      pair.split = split;
+      const ConversionPlan first(base, {pair.converting(0)}, split.des());
+      const auto old = pair.births(first, 0);
+      pair.neighbors[1].behind[pair.face(1)] = first.behind_now(1);
+      const ConversionPlan second(base, {pair.converting(1)}, split.des());
+      const auto born = pair.births(second, 1);
+      const auto moved = [](std::int64_t node) {    // a face that is no square any more
+        const Vec3 X = position(node);
+        return Vec3(X[0] + 0.1 * X[1] * X[2], 1.1 * X[1] + 0.2 * X[2], 0.9 * X[2] - 0.1 * X[1]);
+      };
+      const auto turned = [&](const PlannedSlot &slot, TieSpot spot) {
+        Vec3 X[4], x[4];
+        for (int a = 0; a < 4; a++) {
+          X[a] = position(slot.face_node[a]);
+          x[a] = moved(slot.face_node[a]);
+        }
+        return tie_rotation(Vec3(0.8, 0.3, 0.4), Vec3(0.7, 0.5, 0.2), X, x, spot);
+      };
+      int seen = 0;
+      for (int k = 0; k < split.des(); k++)
+        for (int s = 0; s < 6; s++) {
+          const PlannedSlot &tie = old[k].slot[s];
+          if (tie.kind != PlannedSlot::TIE) continue;
+          const int place = split.place_of_code(tie.corner);
+          const double its = turned(born[place].slot[tie.partner], split.spot(place, tie.partner));
+          EXPECT_NEAR(turned(tie, split.spot(k, s)), its, 1e-14);
+          seen++;
+        }
+      EXPECT_EQ(seen, along * along);
+    });
 }
 
 TEST(ConversionPlan, WhatStaysIsLeftAlone)

@@ -30,7 +30,7 @@ class Partly {
       const auto &p = block->de[i];
       id.push_back(1 + i);
       X.push_back({p.birth.X[0], p.birth.X[1], p.birth.X[2]});
-      corner.push_back(static_cast<unsigned char>(p.corner));
+      outer.push_back(static_cast<unsigned char>(block->split.outer_slots(p.place)));
       ties.push_back(p.cell.tie);
       partner.emplace_back();
       for (int s = 0; s < 6; ++s)
@@ -45,7 +45,7 @@ class Partly {
             id.data(),
             reinterpret_cast<const double(*)[3]>(X.data()),
             reinterpret_cast<const int(*)[6]>(partner.data()),
-            corner.data(),
+            outer.data(),
             state.data(),
             ties.data()};
   }
@@ -101,7 +101,7 @@ class Partly {
   int n;
   std::vector<std::int64_t> id;
   std::vector<std::array<int, 6>> partner;
-  std::vector<unsigned char> corner, ties, type, state;
+  std::vector<unsigned char> outer, ties, type, state;
 };
 
 /// All has converted but a column of elements; a crack has come from the left along its lower face.

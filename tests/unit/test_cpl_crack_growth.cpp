@@ -496,7 +496,7 @@ struct Rank {
   std::vector<std::int64_t> id;
   std::vector<std::array<double, 3>> X;
   std::vector<std::array<int, 6>> partner;
-  std::vector<unsigned char> corner, state, type;
+  std::vector<unsigned char> outer, state, type;
   std::vector<double> energy, quiet;
   int owned = 0;
   CrackGrowth growth;
@@ -522,7 +522,7 @@ struct Rank {
     for (int i : global) {
       id.push_back(body.id[i]);
       X.push_back(body.X[i]);
-      corner.push_back(body.corner[i]);
+      outer.push_back(body.outer[i]);
       type.push_back(body.type[i]);
       energy.push_back(body.energy[i]);
       quiet.push_back(body.quiet[i]);
@@ -547,7 +547,7 @@ struct Rank {
             id.data(),
             reinterpret_cast<const double(*)[3]>(X.data()),
             reinterpret_cast<const int(*)[6]>(partner.data()),
-            corner.data(),
+            outer.data(),
             state.data()};
   }
 };

@@ -89,7 +89,8 @@ double safe_step(const Block &block)
   double step = std::numeric_limits<double>::infinity();
   for (const auto &p : block.de) {
     double mass[6];
-    for (int s = 0; s < 6; ++s) mass[s] = p.birth.mass;
+    for (int s = 0; s < 6; ++s)    // of a tie: see discrete_steps()
+      mass[s] = 0.5 * block.split.along() * p.birth.mass;
     for (int s = 0; s < 6; ++s)
       if (p.present >> s & 1u && p.nb[s] >= 0) mass[s] = block.de[p.nb[s]].birth.mass;
     step =
@@ -196,6 +197,20 @@ TEST(CriticalStep, BlockWithTies)
       if (fraction == 0.0) converted[21] = 1;
       const Block block(mesh, converted, {1.0, nu, 1.0});
       compare(("cubes, converted " + std::to_string(fraction)).c_str(), block, 0.3);
+    }
+}
+
+TEST(CriticalStep, OtherSplits)
+{
+  std::mt19937 random(5);
+  const Mesh mesh = box_mesh(4, 4, 4, 1.0);
+  for (int along : {1, 3})
+    for (double fraction : {0.5, 1.0}) {
+      std::vector<char> converted(64, 0);
+      for (char &c : converted) c = uniform(random, 0.0, 1.0) <= fraction;
+      const Block block(mesh, converted, {1.0, 0.2, 1.0}, ElementSplit(along));
+      // few DEs: the lattice is far from an infinite one
+      compare(("split " + std::to_string(along)).c_str(), block, along == 1 ? 0.45 : 0.3);
     }
 }
 

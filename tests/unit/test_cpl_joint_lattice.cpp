@@ -37,7 +37,8 @@ namespace {
     const double x[] = {0, 0, 0, 4, 0, 0, 4, 4, 0, 0, 4, 0};
     const int node[2][4] = {{0, 1, 2, 3}, {2, 3, 0, 1}};
     double point[6];
-    tie_points(2, node, x, point);
+    const TieSpot spot[2] = {TieSpot::QUARTER, TieSpot::QUARTER};
+    tie_points(2, node, spot, x, point);
     EXPECT_DOUBLE_EQ(point[0], 1.0);    // a quarter of the face, by its own corner
     EXPECT_DOUBLE_EQ(point[1], 1.0);
     EXPECT_DOUBLE_EQ(point[3], 3.0);

@@ -70,9 +70,9 @@ struct Residual {
 };
 
 /// Random sets of inner elements are converted; residual of all inner nodes and all DEs, in units
-/// of sigma d^2 with d = h/2 = 0.5.
+/// of sigma d^2 with d = h/2 = 0.5 of eight DEs, and so for other splits.
 Residual patch_test(const std::function<Mesh(int)> &make, double nu, double strain, int tries = 10,
-                    bool orthogonal = false)
+                    bool orthogonal = false, ElementSplit split = ElementSplit())
 {
   std::mt19937 random(17);
   const fe::IsotropicElastic material{1.0, nu, 1.0};
@@ -83,10 +83,10 @@ Residual patch_test(const std::function<Mesh(int)> &make, double nu, double stra
     std::vector<char> converted(mesh.hex.size());
     for (std::size_t e = 0; e < converted.size(); ++e)
       converted[e] = inner_element(e) && uniform(random, 0.0, 1.0) < 0.15 * (k + 0.5) / tries * 6.0;
-    Block block(mesh, converted, material);
+    Block block(mesh, converted, material, split);
     block.orthogonal = orthogonal;
     const Mat3 F = random_gradient(random, strain);
-    const double unit = stress_norm(material, F) * 0.25;
+    const double unit = stress_norm(material, F) / (split.along() * split.along());
     Vectors f;
     block.forces(deformed(block.X, F), f);
     for (int i = 0; i < static_cast<int>(f.size()); ++i)
@@ -149,6 +149,23 @@ TEST(Patch, GradedBoxes)
   for (double nu : {0.0, 0.2, 0.4}) {
     EXPECT_LT(patch_test(graded, nu, 1e-3).largest, 4e-12);
     EXPECT_LT(patch_test(graded, nu, 1e-3, 10, true).largest, 4e-12);
+  }
+}
+
+// One or 27 DEs for an element: ties and joints, on any box or sheared hex. 1e-12 of sigma h^2; at thirds of edges
+// positions are rounded, so the strain is not too small.
+TEST(Patch, OtherSplits)
+{
+  for (int along : {1, 3}) {
+    const ElementSplit split(along);
+    const double limit = 1e-12 * along * along;
+    for (double nu : {0.0, 0.3}) {
+      for (bool orthogonal : {false, true}) {
+        EXPECT_LT(patch_test(cubes, nu, 1e-2, 10, orthogonal, split).largest, limit) << along;
+        EXPECT_LT(patch_test(graded, nu, 1e-2, 10, orthogonal, split).largest, limit) << along;
+      }
+      EXPECT_LT(patch_test(sheared, nu, 1e-2, 10, false, split).largest, limit) << along;
+    }
   }
 }
 

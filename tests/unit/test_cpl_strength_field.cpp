@@ -172,7 +172,7 @@ TEST(StrengthField, OfABodyWhateverItsElements)
   constexpr int bodies = 1000;
   std::int64_t id = 0;
   for (int n : {1, 4}) {
-    const auto sizes = corner_sizes(box(1.0 / n, 2.0 / n, 3.0 / n));
+    const auto sizes = place_sizes(box(1.0 / n, 2.0 / n, 3.0 / n));
     std::vector<double> least(bodies, HUGE_VAL);
     for (double &body : least)
       for (int e = 0; e < n * n * n; e++) {
@@ -190,7 +190,7 @@ TEST(StrengthField, CornersShareVolumeAndFaces)
 {
   fe::HexCoords X = box(1.0, 2.0, 3.0);
   X.col(6) += Vec3(0.2, 0.3, 0.4);
-  const auto sizes = corner_sizes(X);
+  const auto sizes = place_sizes(X);
   double volume = 0.0, whole[6] = {};
   for (int k = 0; k < 8; k++) {
     volume += sizes.volume[k];
@@ -207,7 +207,7 @@ TEST(StrengthField, CornersShareVolumeAndFaces)
 
   const StrengthField field{
       {make({"constant", "2e8"}), make({"constant", "5e7", "surface", "left"})}};
-  const auto strength = field.draw(1, corner_sizes(box(1.0, 1.0, 1.0)), {0u, 1u});
+  const auto strength = field.draw(1, place_sizes(box(1.0, 1.0, 1.0)), {0u, 1u});
   for (int k = 0; k < 8; k++)
     EXPECT_EQ(strength[k], fe::hex_sign[k][0] < 0 ? 5e7 : 2e8) << "the least of the draws";
 }

@@ -8,7 +8,6 @@
 
 #include "defe/coupling/conversion.h"
 
-#include <array>
 #include <cstdint>
 #include <unordered_map>
 #include <vector>
@@ -40,10 +39,11 @@ struct PlannedSlot {
   /// A joint to a DE that was born before, which may have rotated about its tie since.
   bool to_older = false;
   signed char partner = 0;    ///< slot of the joint on the other DE (also of the one a tie becomes)
-  signed char corner = 0;     ///< corner of the other element at the common node
+  signed char corner = 0;     ///< ElementSplit::behind_code() of the other DE
   signed char part = 0;       ///< of a tie: part of that element
   std::int64_t other = 0;     ///< joint: ID of the other DE; tie: that of the element
-  /// outer slots with something behind: nodes of the face, from the DE's own corner node onwards
+  /// outer slots with something behind: nodes of the face, from ElementSplit::first_on_face() onwards, of
+  /// the middle of the face from the least ID onwards
   std::int64_t face_node[4] = {0, 0, 0, 0};
 };
 
@@ -58,9 +58,9 @@ struct PlannedDE {
 
 class ConversionPlan {
  public:
-  /// The DEs of lot n have the IDs de_base + 8 (n - 1) + corner + 1. `all`: the elements that convert now, at least
-  /// those with a node here, in ascending order of their IDs.
-  ConversionPlan(std::int64_t de_base, std::vector<ConvertingHex> all);
+  /// The DEs of lot n have the IDs de_base + lot_size (n - 1) + place + 1. `all`: the elements that convert now, at
+  /// least those with a node here, in ascending order of their IDs.
+  ConversionPlan(std::int64_t de_base, std::vector<ConvertingHex> all, int lot_size = 8);
   ConversionPlan(const ConversionPlan &) = delete;
   ConversionPlan &operator=(const ConversionPlan &) = delete;
 
@@ -71,23 +71,23 @@ class ConversionPlan {
     const auto found = by_id.find(element);
     return found == by_id.end() ? nullptr : found->second;
   }
-  std::int64_t de_id(std::int64_t lot, int corner) const
+  std::int64_t de_id(std::int64_t lot, int place) const
   {
-    return base + 8 * (lot - 1) + corner + 1;
+    return base + lot_size * (lot - 1) + place + 1;
   }
 
-  /// The eight DEs of one of them. eight: convert_hex() of it.
-  std::array<PlannedDE, 8> births(const ConvertingHex &, const HexNeighbors &,
-                                  const std::array<NewDE, 8> &eight) const;
+  /// The DEs of one of them, by place. all: convert_hex() of it.
+  std::vector<PlannedDE> births(const ConvertingHex &, const HexNeighbors &,
+                                const std::vector<NewDE> &all, ElementSplit = ElementSplit()) const;
 
   /// Nodes of the element lose this share of its mass each; those that no element has any more go.
   static constexpr double node_share = 0.125;
 
-  /// The DE that takes the place of an element that a DE was tied to at this corner, 0 if the element stays.
-  std::int64_t joint_of_tie(std::int64_t element, int corner) const
+  /// The DE at this place of an element that a DE was tied to, 0 if the element stays.
+  std::int64_t joint_of_tie(std::int64_t element, int place) const
   {
     const ConvertingHex *c = converting(element);
-    return c ? de_id(c->lot, corner) : 0;
+    return c ? de_id(c->lot, place) : 0;
   }
 
   /// What lies behind a face of an element that stays (HexNeighbors::behind), by what did.
@@ -113,9 +113,11 @@ class ConversionPlan {
 
  private:
   void add_at(std::int64_t node, std::vector<const ConvertingHex *> &found) const;
-  PlannedSlot outer_slot(const ConvertingHex &, const HexNeighbors &, int corner, int face) const;
+  PlannedSlot outer_slot(const ConvertingHex &, const HexNeighbors &, ElementSplit, int place,
+                         int face) const;
 
   std::int64_t base;
+  int lot_size;
   std::vector<ConvertingHex> list;
   std::unordered_map<std::int64_t, const ConvertingHex *> by_id;
   std::unordered_map<std::int64_t, std::vector<const ConvertingHex *>> at_node;

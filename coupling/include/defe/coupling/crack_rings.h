@@ -6,7 +6,7 @@
 ///
 /// Around every line in which cells of DEs meet, their centres form a closed ring whose neighbours
 /// are joined: four DEs inside an element and across an element's face, as many as there are
-/// elements around an inner edge of the mesh. A crack surface that passes through a ring cuts two of its
+/// elements around an inner edge of the mesh (of elements that are a single DE there are these rings only). A crack surface that passes through a ring cuts two of its
 /// joints, so a ring with one cut joint holds a crack front (see crack_growth.h). At the surface
 /// of the body the ring is open, and no crack front is looked for there; beside finite elements it is open, too.
 ///
@@ -29,11 +29,13 @@ struct CrackLattice {
   const double (*X)[3];      ///< [n] reference positions, neighbours not wrapped
   const int (*partner)
       [6];    ///< [n] 6 * other DE + slot there; < 0: no joint to another DE that is known here
-  const unsigned char
-      *corner;    ///< [n] corner of its element that the DE is: which slots are outer
+  const unsigned char *outer;    ///< [n] bit s set: slot s leads out of the DE's element
   const unsigned char *state;    ///< [6 n] of joints, the same at both ends
   /// [n] bit s set: slot s ends on the face of a finite element of the same part, of ghosts, too; null: none
   const unsigned char *ties = nullptr;
+  /// [n] two bits per slot: of an outer slot, the node of the other element's face (a position on it) at the first node of
+  /// ours. Where an element is a single DE it tells how the slots over there are turned; null: no such element.
+  const std::uint16_t *turned = nullptr;
   /// [n] bits that belong to the place of the DE, see crack_place_key(): also across periodic borders the same
   /// for all images; null: they are made of X
   const std::uint64_t *key = nullptr;

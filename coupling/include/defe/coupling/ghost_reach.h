@@ -22,6 +22,9 @@ namespace ghosts {
   constexpr double rotated_tie = 0.4;
   /// the same: three joints from a DE, for elements of any shape
   constexpr double three_joints = 0.55;
+  /// the same two where an element may be a single DE, whose joints are twice as long
+  constexpr double rotated_long_tie = 0.65;
+  constexpr double three_long_joints = 2.05;
   /// by the longest diagonal of a face: an element from a point that gets into contact beside and under its face
   constexpr double beside_facet = 0.65;
   /// both may have moved since the lists were made
@@ -37,13 +40,16 @@ struct GhostNeeds {
   bool des = false, contact = false;
   bool cracks = false;    ///< fronts of cracks look three joints around them
   bool tied = false;      ///< two elements are tied by their faces
+  bool single = false;    ///< some elements become a single DE
 };
 
 /// Nodes of an element lie so far from its first node at most, those of one that is tied to it twice as far; ends of
 /// joints and ties from their DE are nearer. With DEs and contact there is more to know beyond.
 inline double ghost_reach(const GhostNeeds &n)
 {
-  double more = n.des ? (n.cracks ? ghosts::three_joints : ghosts::rotated_tie) * n.longest : 0.0;
+  const double joints = n.single ? ghosts::three_long_joints : ghosts::three_joints;
+  const double tie = n.single ? ghosts::rotated_long_tie : ghosts::rotated_tie;
+  double more = n.des ? (n.cracks ? joints : tie) * n.longest : 0.0;
   if (n.contact) {
     const double facet = n.facet_diagonal * n.longest / n.diagonal;
     more = std::max(

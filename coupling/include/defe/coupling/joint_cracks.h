@@ -20,7 +20,9 @@ namespace defe {
 
 /// What cracks ask of a DE of this rank beyond the table of joints.
 struct CrackDE {
-  int corner, part;
+  unsigned outer;    ///< see CrackLattice, as the next
+  std::uint16_t turned;
+  int part;
   double volume;
   Vec3 place;               ///< reference position, never wrapped
   std::int64_t other[6];    ///< IDs of the other ends of joints and ties
@@ -151,7 +153,8 @@ class JointCracks {
   std::vector<std::array<int, 6>> partner;
   std::vector<std::array<std::int64_t, 6>> other;      // ID of the other DE, 0: none
   std::vector<std::array<signed char, 6>> its_slot;    // of the joint, at the other DE
-  std::vector<unsigned char> corner, state, ties, type;
+  std::vector<unsigned char> outer, state, ties, type;
+  std::vector<std::uint16_t> turned;
   std::vector<double> quiet;
   std::vector<double>
       least_volume;    // by owned DE, where flaws have strengths: crack_least_volume

@@ -6,11 +6,12 @@
 /// cells, the points at which ties end on faces of elements, and how a tie carries force and moment.
 
 #include "defe/coupling/corner_strain.h"
+#include "defe/coupling/element_split.h"
 
 namespace defe {
 
-/// Points on faces: n times 3 doubles, from the faces' nodes in the order of tie_weight.
-void tie_points(int n, const int (*node)[4], const double *x, double *point);
+/// Points on faces: n times 3 doubles, from the faces' nodes in the order of TieSpot.
+void tie_points(int n, const int (*node)[4], const TieSpot *, const double *x, double *point);
 
 /// Half forces and energies of `n` DEs, of which the first lattice.n have orthogonal cells; its arrays are as long as
 /// all, and so are half_force and energy.
@@ -32,8 +33,8 @@ Vec3 turned_normal(const GeneralCell &cell, unsigned present, const Vec3 y[6], c
 /// take the moment: nothing holds its spin, it would roll away under any shear.
 class TiePoint {
  public:
-  /// \param face  nodes in the order of tie_weight
-  TiePoint(const Vec3 &de, const Vec3 face[4]);
+  /// \param face  nodes in the order of TieSpot
+  TiePoint(const Vec3 &de, const Vec3 face[4], TieSpot = TieSpot::QUARTER);
 
   const Vec3 &y() const { return y_; }              ///< from the DE to the point on the face
   const Vec3 &normal() const { return normal_; }    ///< of the face, out of the DE
@@ -47,6 +48,7 @@ class TiePoint {
  private:
   Vec3 y_, normal_;
   Vec3 arm_[4];    // nodes, from their middle
+  const double *weight_;
   Mat3 inertia_inverse_;
 };
 

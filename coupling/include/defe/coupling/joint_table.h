@@ -7,6 +7,7 @@
 
 #include "defe/coupling/corner_strain.h"
 #include "defe/coupling/crack_softening.h"
+#include "defe/coupling/element_split.h"
 #include "defe/coupling/flaws_between.h"
 #include "defe/coupling/particles.h"
 
@@ -28,8 +29,8 @@ namespace joint {
 /// (positive) natural axis a of its element. Plain data, in restart files.
 struct JointRecord {
   double area;           ///< reference area of the joint
-  double face[3];        ///< reference vector from the DE to the middle of the quarter face
-  double normal[3];      ///< reference unit normal of the quarter face, pointing out of the DE
+  double face[3];        ///< reference vector from the DE to the middle of its patch of the face
+  double normal[3];      ///< reference unit normal of the patch, pointing out of the DE
   double cohesive[6];    ///< CohesiveState: e_n, e_s[3], s0, kappa
   double length0;        ///< joint length at which e_n vanishes
   double
@@ -39,7 +40,8 @@ struct JointRecord {
   double stored, lost;
   signed char kind, state;
   signed char partner;    ///< slot of the joint on the other DE (also of the one a TIE becomes)
-  signed char corner;     ///< corner of the other element at the common node
+  signed char
+      corner;    ///< ElementSplit::behind_code() of the DE at the other end, or that a TIE becomes
   signed char pending;    ///< 1: becomes cohesive in the next step, 2: did so in this one
   signed char part;       ///< TIE: part of the element
   /// CONTACT: not 0 while the two are pressed along the plane of their crack; at the lower end its size is 1 + the
@@ -80,6 +82,7 @@ struct JointTable {
   std::vector<std::array<int, 4>> tie_node;    ///< per tie, as the next three
   std::vector<std::int64_t> tie_element;
   std::vector<signed char> tie_part;
+  std::vector<TieSpot> tie_spot;
   std::vector<double> tie_point;
   struct ContactDistance {
     int de;

@@ -1,6 +1,7 @@
 #ifndef DEFE_COUPLING_MESH_MEASURE_H
 #define DEFE_COUPLING_MESH_MEASURE_H
 
+#include "defe/coupling/element_split.h"
 #include "defe/fe/element_sizes.h"
 #include "defe/fe/material_law.h"
 
@@ -15,11 +16,11 @@ struct StableSteps {
   double joints = 1.0e300;    ///< of DEs without ties
 };
 
-/// Steps of the eight DEs of an element (`des` and `joints`), of which each may be tied by its three outer faces; the
-/// elements at the other ends of the ties have a quarter of their mass left for themselves. Ties hardly change the
-/// fastest oscillation of DEs, only what can be proven of it: therefore `joints`.
-StableSteps discrete_steps(const fe::HexCoords &X, const fe::IsotropicElastic &elastic,
-                           double mass);
+/// Steps of the DEs of an element (`des` and `joints`), of which each may be tied by its outer faces; the elements at the
+/// other ends of the ties have a quarter of their mass left for themselves. Ties hardly change the fastest oscillation of
+/// DEs, only what can be proven of it: therefore `joints`.
+StableSteps discrete_steps(const fe::HexCoords &X, const fe::IsotropicElastic &elastic, double mass,
+                           ElementSplit = ElementSplit());
 
 /// Longest by shortest distance of the middles of opposite faces.
 double slenderness(const fe::HexCoords &X);
@@ -31,6 +32,7 @@ class MeshMeasure {
     const fe::MaterialLaw *law;
     bool converts;
     int type;    ///< of its DEs
+    ElementSplit split = ElementSplit();
   };
 
   /// \param exact  see fe::ShapeCache

@@ -14,17 +14,17 @@
 /// piece is H^-1(-(A0/A) ln u), and the least of the strengths of pieces that make up a body is distributed as that of
 /// the body, whatever the pieces: it does not depend on the mesh.
 ///
-/// One draw for each corner of an element, that is for the DE that is born there: from the share of the element's volume
-/// and, of its faces on a named surface, that of their area. The strength of a DE is the least of its draws, that of an
-/// element the least of its eight corners: the body has the same distribution before elements convert and after it. What
-/// is drawn is a function of the seed, the surface, the ID of the element and the number of the corner alone: the same
-/// for any ranks, in any order, whether the element converts late or is discrete from the start.
+/// One draw for each place of an element (ElementSplit), that is for the DE that is born there: from its share of the
+/// element's volume and, of its faces on a named surface, of their area. The strength of a DE is the least of its draws,
+/// that of an element the least of its places: the body has the same distribution before elements convert and after it.
+/// What is drawn is a function of the seed, the surface, the ID of the element and the number of the place alone: the
+/// same for any ranks, in any order, whether the element converts late or is discrete from the start.
 
+#include "defe/coupling/element_split.h"
 #include "defe/coupling/flaw_growth.h"
 #include "defe/fe/material_law.h"
 #include "defe/types.h"
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -68,8 +68,8 @@ struct Flaws {
   double reference = 1.0;    ///< A0, an area or a volume
   std::int64_t seed = 0;
 
-  /// Strength of the piece of this size at a corner (0 to 7) of an element; infinite if there is nothing of it.
-  double draw(std::int64_t element, int corner, double size) const;
+  /// Strength of the piece of this size at a place of an element; infinite if there is nothing of it.
+  double draw(std::int64_t element, int place, double size) const;
   /// As in an input line, from the name of the law on; numbers in one way of writing.
   std::string words() const;
 };
@@ -88,12 +88,12 @@ struct ParsedFlaws {
 ///     constant strength                  ... [surface NAME]
 ParsedFlaws parse_flaws(const std::vector<std::string> &words);
 
-/// Of an element, by its corners: what of its volume and of each of its faces belongs to them (0: the face is elsewhere).
-struct CornerSizes {
-  double volume[8];
-  double area[8][6];
+/// Of a place of an element: what of its volume and of each of its faces belongs to it (0: the face is elsewhere).
+struct PlaceSize {
+  double volume;
+  double area[6];
 };
-CornerSizes corner_sizes(const fe::HexCoords &X);
+std::vector<PlaceSize> place_sizes(const fe::HexCoords &X, ElementSplit = ElementSplit());
 
 /// All flaws of a part.
 struct StrengthField {
@@ -101,10 +101,10 @@ struct StrengthField {
   FlawGrowth growth = {};
 
   bool given() const { return !flaws.empty(); }
-  /// Strengths of the DEs of an element by its corners.
+  /// Strengths of the DEs of an element by its places.
   /// \param faces  of each of the flaws: a bit for each face of the element that is on their surface; inside: not used
-  std::array<double, 8> draw(std::int64_t element, const CornerSizes &,
-                             const std::vector<unsigned> &faces) const;
+  std::vector<double> draw(std::int64_t element, const std::vector<PlaceSize> &,
+                           const std::vector<unsigned> &faces) const;
 };
 
 }    // namespace defe
