@@ -662,7 +662,7 @@ void DefeConversion::finish(bigint converted, bigint nodes_gone, bigint born)
   sys.census.convert(all[1], all[2], all[4]);
   if (all[1] > 0) sys.account.note_conversion();
   atom->nghost = 0;
-  make_room_in_map();
+  sys.ids.make_room_in_map(born_from);
   if (all[3]) {
     domain->pbc();
     if (domain->nonperiodic == 2) domain->reset_box();
@@ -672,32 +672,4 @@ void DefeConversion::finish(bigint converted, bigint nodes_gone, bigint born)
 
   marked.converting = {};
   sys.tables.forget();
-}
-
-/* ----------------------------------------------------------------------
-   Of LAMMPS' map: what exchange() and borders() take for granted, and no more, since filling it takes a pass over all atoms.
-   It has a number for each local atom, and by array a place for each ID.
-------------------------------------------------------------------------- */
-
-namespace {
-
-struct MapOfAtoms : Atom {    // for a member that is protected
-  static int room(const Atom *atom) { return atom->*(&MapOfAtoms::max_same); }
-};
-
-}    // namespace
-
-void DefeConversion::make_room_in_map()
-{
-  if (atom->map_style == Atom::MAP_ARRAY) {
-    tagint mine = 0, highest = 0;
-    for (int i = born_from; i < atom->nlocal; i++) mine = MAX(mine, atom->tag[i]);
-    MPI_Allreduce(&mine, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, world);
-    if (highest > atom->map_tag_max) {
-      const tagint ahead = highest + highest / 8;
-      atom->map_tag_max = ahead < MAXSMALLINT ? ahead : highest;
-      atom->map_init(0);
-    }
-  }
-  if (atom->nlocal > MapOfAtoms::room(atom)) atom->map_set();
 }

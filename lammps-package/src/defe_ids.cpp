@@ -189,3 +189,31 @@ bool DefeIds::natoms_changed() const
 {
   return atom->natoms != natoms_known;
 }
+
+/* ----------------------------------------------------------------------
+   Of LAMMPS' map: what exchange() and borders() take for granted, and no more, since filling it takes a pass over all atoms.
+   It has a number for each local atom, and by array a place for each ID.
+------------------------------------------------------------------------- */
+
+namespace {
+
+struct MapOfAtoms : Atom {    // for a member that is protected
+  static int room(const Atom *atom) { return atom->*(&MapOfAtoms::max_same); }
+};
+
+}    // namespace
+
+void DefeIds::make_room_in_map(int born_from)
+{
+  if (atom->map_style == Atom::MAP_ARRAY) {
+    tagint mine = 0, highest = 0;
+    for (int i = born_from; i < atom->nlocal; i++) mine = MAX(mine, atom->tag[i]);
+    MPI_Allreduce(&mine, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, world);
+    if (highest > atom->map_tag_max) {
+      const tagint ahead = highest + highest / 8;
+      atom->map_tag_max = ahead < MAXSMALLINT ? ahead : highest;
+      atom->map_init(0);
+    }
+  }
+  if (atom->nlocal > MapOfAtoms::room(atom)) atom->map_set();
+}

@@ -329,7 +329,9 @@ void DefeTiedSurfaces::tell(const DefeTiedPair &pair, const Sums &s) const
   if (comm->me) return;
   utils::logmesg(lmp, "Fix defe: tied {}: {} pairs of faces, area {:.6g}{}\n", names,
                  static_cast<bigint>(s.count), s.area,
-                 s.distance > 1.0e-6 * std::sqrt(s.area / s.count) ? fmt::format(", up to {:.3g} apart", s.distance) : "");
+                 s.distance > 1.0e-6 * std::sqrt(s.area / s.count)
+                     ? fmt::format(", up to {:.3g} apart", s.distance)
+                     : "");
   if (s.area_apart > 0.0)
     error->warning(FLERR,
                    "Fix defe tied {}: an area of {:.4g} is not tied, where the surfaces are {:.4g} "

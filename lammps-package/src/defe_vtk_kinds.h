@@ -30,7 +30,7 @@ class DefeVtkKind : protected Pointers {
     const char *name;
     int components;
     bool whole;
-    bool needs_flaws;             // only there with the keyword strength of fix defe
+    bool needs_flaws;            // only there with the keyword strength of fix defe
     bool needs_metal = false;    // only there if a part yields
   };
 
@@ -85,7 +85,19 @@ class DefeVtkElements : public DefeVtkKind {
   void unpack_reverse(int n, const int *list, const double *buf) override;
 
  private:
-  enum { ID, PART, STRESS, S1, VONMISES, STRENGTH, PLASTIC, CELLS, NODE = CELLS, VELOCITY, DISPLACEMENT };
+  enum {
+    ID,
+    PART,
+    STRESS,
+    S1,
+    VONMISES,
+    STRENGTH,
+    PLASTIC,
+    CELLS,
+    NODE = CELLS,
+    VELOCITY,
+    DISPLACEMENT
+  };
 
   struct Hex {
     int row;    // of the compute
