@@ -105,6 +105,7 @@ TEST(Split, SameOnAnyRanksAndOverARestart)
     SCOPED_TRACE(along);
     Block beam = cracking_beam();
     beam.convert += " " + split_of(along);
+    beam.options = "check yes";
     beam.dt = along == 1 ? 5e-8 : 4e-8;
     same_on_any_ranks_and_over_a_restart(beam, "split" + std::to_string(along), 260);
   }
@@ -117,6 +118,7 @@ TEST(Split, DEsOnlyOnAnyRanksAndOverARestart)
     SCOPED_TRACE(along);
     Block beam = cracking_beam();
     beam.convert += " start all " + split_of(along);
+    beam.options = "check yes";
     beam.dt = along == 1 ? 5e-8 : 4e-8;
     same_on_any_ranks_and_over_a_restart(beam, "all" + std::to_string(along), 260);
   }

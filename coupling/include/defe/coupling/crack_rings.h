@@ -6,9 +6,9 @@
 ///
 /// Around every line in which cells of DEs meet, their centres form a closed ring whose neighbours
 /// are joined: four DEs inside an element and across an element's face, as many as there are
-/// elements around an inner edge of the mesh (of elements that are a single DE there are these rings only). A crack surface that passes through a ring cuts two of its
-/// joints, so a ring with one cut joint holds a crack front (see crack_growth.h). At the surface
-/// of the body the ring is open, and no crack front is looked for there; beside finite elements it is open, too.
+/// elements around an inner edge of the mesh (elements that are a single DE have these rings only). A crack surface that
+/// passes through a ring cuts two of its joints, so a ring with one cut joint holds a crack front (see crack_growth.h). At
+/// the surface of the body the ring is open, and no crack front is looked for there; beside finite elements it is open, too.
 ///
 /// Rings are walked when they are asked for (nothing is stored) and by the slots alone: any hex mesh.
 
