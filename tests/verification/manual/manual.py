@@ -372,8 +372,8 @@ def run_case(name, options):
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("--lmp", required=True)
-    parser.add_argument("--plugin", required=True, help="folder of defeplugin.so")
+    parser.add_argument("--lmp", type=os.path.abspath, required=True)
+    parser.add_argument("--plugin", type=os.path.abspath, required=True, help="folder of defeplugin.so")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--fine", action="store_true", help="finer meshes, may take an hour")
     parser.add_argument("--quick", action="store_true", help="only the cases that are not marked as slow")

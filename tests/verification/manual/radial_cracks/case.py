@@ -24,7 +24,7 @@ ACCEPTANCE = [
 def run(s):
     h = 0.5e-3
     meshes = [("0.5 mm", h, 0.0), ("0.5 mm, turned by 45 degrees", h, 45.0), ("1 mm", 1e-3, 0.0)]
-    jobs = [(m, v, "no") for m in meshes for v in SPEEDS]
+    jobs = [(m, v, "no") for m in meshes for v in SPEEDS if m != meshes[1] or v in (20.0, 60.0)]
     also = [("0.75 mm", 0.75e-3, 0.0)] + ([("0.333 mm", 1e-3 / 3.0, 0.0)] if s.fine else [])
     jobs += [(m, 60.0, "no") for m in also] + [(meshes[2], 60.0, "all")]
 
@@ -58,7 +58,7 @@ def run(s):
         rows.append([label, f"{v:g}", radial(crack), f"{far.max() * 1e3:.0f}" if len(far) else "-", int(e.converted[-1]),
                      f"{s.loops[name]:.1f}", f"{100 * e.rise():.3f}"])
     s.table("All runs:", rows)
-    shown = [[(m[0], v) for v in SPEEDS] for m in meshes] + [[key for key in found if key[0] not in {m[0] for m in meshes}]]
+    shown = [[key for key in found if key[0] == m[0]] for m in meshes] + [[key for key in found if key[0] not in {m[0] for m in meshes}]]
     figure, axes = plt.subplots(len(shown), len(SPEEDS), figsize=(10, 2.6 * len(shown)), sharex=True, sharey=True)
     for row, keys in enumerate(shown):
         for ax in axes[row][len(keys):]:
@@ -79,7 +79,8 @@ def run(s):
     slope = np.polyfit(np.log(np.array(SPEEDS)[ok]), np.log(numbers[ok]), 1)[0] if ok.sum() > 1 else np.nan
     figure, ax = plt.subplots(figsize=(5.5, 3.6))
     for m in meshes:
-        ax.plot(SPEEDS, [radial(found[(m[0], v)][2]) for v in SPEEDS], "o-", ms=4, lw=0.7, label=m[0])
+        speeds = [v for label, v in found if label == m[0]]
+        ax.plot(speeds, [radial(found[(m[0], v)][2]) for v in speeds], "o-", ms=4, lw=0.7, label=m[0])
     v = np.linspace(15, 80, 50)
     ax.plot(v, 4.0 * np.sqrt(v / 20.5), color="k", lw=0.8, label="measured: 4 at 20 m/s, as the root of the speed")
     ax.set(xlabel="speed (m/s)", ylabel="radial cracks", ylim=(0, 12))
