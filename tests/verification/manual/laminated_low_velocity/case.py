@@ -7,7 +7,6 @@ import defe
 import numpy as np
 from manual import ROOT, Accept, plt
 
-SLOW = True
 TITLE = "Three plies of laminated glass at low velocity: which break first"
 CTU = "Zemanova et al., arXiv:2107.12151: panes of 3 and 4 plies under a pendulum"
 PLOS = "Chen et al., PLoS ONE 9 (2014) e98196: two plies, 3.7 m/s"

@@ -5,6 +5,7 @@ import numpy as np
 from manual import Accept, plt
 from plates import Crack, Mesh, stable_step, turned
 
+SLOW = True
 TITLE = "Radial cracks of a thin plate against the speed of the ball"
 VV = "Vandenberghe, Vermorel, Villermaux, Phys. Rev. Lett. 110 (2013) 174302"
 E, NU, RHO, GF, SIGMA_T = 3e9, 0.35, 1180.0, 400.0, 80e6    # PMMA; G_f and strength: see README.md
