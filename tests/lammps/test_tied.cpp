@@ -211,7 +211,7 @@ TEST(Tied, StepThatIsNamedIsStable)
 
 TEST(Tied, SameOnAnyRanks)
 {
-  for (const std::string &options : {"", "reproducible yes"}) {
+  for (const std::string options : {"", "reproducible yes"}) {
     const auto run = [&](MPI_Comm comm, const std::string &file) {
       Lammps lmp(comm);
       lmp.commands(
@@ -257,7 +257,7 @@ TEST(Tied, RestartsGoOn)
     EXPECT_LT(difference(straight, first, &Particle::x), 1e-14);
     EXPECT_LT(difference(straight, first, &Particle::v), 1e-8);
   }
-  for (const std::string &other : {"", "tied low high stiffness 8", "tied high low"})
+  for (const std::string other : {"", "tied low high stiffness 8", "tied high low"})
     EXPECT_THAT(failure(script_head() + "read_restart tied.restart\n" + fix_of(other)),
                 HasSubstr("surfaces are tied once, with the mesh"));
 }

@@ -377,7 +377,9 @@ TEST(Vtk, PlasticStrainOfMetals)
   double most = 0.0, least = 1.0;
   for (const auto &row : rows) {
     for (size_t c = 0; c < file.ncells(); c++)
-      if (file.at("CellData/id")[c] == row[0]) EXPECT_EQ(file.at("CellData/plastic")[c], row[1]);
+      if (file.at("CellData/id")[c] == row[0]) {
+        EXPECT_EQ(file.at("CellData/plastic")[c], row[1]);
+      }
     most = std::max(most, row[1]);
     least = std::min(least, row[1]);
   }

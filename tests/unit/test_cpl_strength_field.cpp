@@ -193,11 +193,11 @@ TEST(StrengthField, CornersShareVolumeAndFaces)
   const auto sizes = place_sizes(X);
   double volume = 0.0, whole[6] = {};
   for (int k = 0; k < 8; k++) {
-    volume += sizes.volume[k];
+    volume += sizes[k].volume;
     int faces = 0;
     for (int f = 0; f < 6; f++) {
-      whole[f] += sizes.area[k][f];
-      faces += sizes.area[k][f] > 0.0;
+      whole[f] += sizes[k].area[f];
+      faces += sizes[k].area[f] > 0.0;
     }
     EXPECT_EQ(faces, 3);
   }
