@@ -205,15 +205,14 @@ struct MapOfAtoms : Atom {    // for a member that is protected
 
 void DefeIds::make_room_in_map(int born_from)
 {
-  if (atom->map_style == Atom::MAP_ARRAY) {
-    tagint mine = 0, highest = 0;
-    for (int i = born_from; i < atom->nlocal; i++) mine = MAX(mine, atom->tag[i]);
-    MPI_Allreduce(&mine, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, world);
-    if (highest > atom->map_tag_max) {
-      const tagint ahead = highest + highest / 8;
-      atom->map_tag_max = ahead < MAXSMALLINT ? ahead : highest;
-      atom->map_init(0);
-    }
+  tagint mine = 0, highest = 0;
+  for (int i = born_from; i < atom->nlocal; i++) mine = MAX(mine, atom->tag[i]);
+  MPI_Allreduce(&mine, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, world);
+  if (highest > atom->map_tag_max) {
+    const tagint ahead = highest + highest / 8;
+    const bool array = atom->map_style == Atom::MAP_ARRAY;
+    atom->map_tag_max = array && ahead < MAXSMALLINT ? ahead : highest;
+    if (array) atom->map_init(0);
   }
   if (atom->nlocal > MapOfAtoms::room(atom)) atom->map_set();
 }

@@ -340,6 +340,14 @@ TEST(Ranks, SortingAndSkins)
   compare(clean, list);
 }
 
+// LAMMPS' map of more than a million IDs is a hash.
+TEST(Ranks, MapOfAtomsByHash)
+{
+  Domains d;
+  d.style = d.name = "atom_modify map hash";
+  compare(clean, {d});
+}
+
 TEST(Ranks, DebrisInTheCrack)
 {
   std::vector<Domains> list;
