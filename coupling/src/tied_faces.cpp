@@ -166,13 +166,13 @@ namespace {
     return *std::max_element(share, share + 4);
   }
 
-  /// By what a tie raises the squared frequency of an element. A tie's matrix is not larger than the
+  /// By what a tie of k = 1 raises the squared frequency of an element. A tie's matrix is not larger than the
   /// diagonal of the sums of its rows' magnitudes (Gershgorin), which is shared out over the masses of
   /// the elements at a node, as theirs are: the bound of Irons and Treharne holds with it.
   /// amount: largest sum of magnitudes of shape functions at a point, 2 if the faces are at one place.
-  double raise(const TiedElement &e, const Face &f, double stiffness, double amount)
+  double raise(const TiedElement &e, const Face &f, double amount)
   {
-    return stiffness * amount * (amount - 1.0) * largest_share(f) / (0.125 * e.mass);
+    return amount * (amount - 1.0) * largest_share(f) / (0.125 * e.mass);
   }
 
   double compliance(const TiedElement &e, const Face &f)
@@ -209,6 +209,17 @@ int tied_node_of_b(int face, int k)
   return k < 4 ? fe::hex_face[face][k] : fe::hex_face[face ^ 1][k - 4];
 }
 
+void Tie::set_stiffness(double k)
+{
+  for (double &m : M) m *= k / stiffness;
+  stiffness = k;
+}
+
+double Tie::frequency() const
+{
+  return std::sqrt(std::max(squared[0] + stiffness * raise[0], squared[1] + stiffness * raise[1]));
+}
+
 Tie tie_faces(const TiedElement &a, const TiedElement &b, const TieRule &how)
 {
   Tie tie;
@@ -232,11 +243,10 @@ Tie tie_faces(const TiedElement &a, const TiedElement &b, const TieRule &how)
   const double most = how.distance >= 0.0 ? how.distance : default_distance * std::sqrt(smaller);
   if (!(tie.distance <= most)) return tie;
   tie.nodes = out_of_place < at_one_place ? 8 : Tie::most_nodes;
-  const double k = 2.0 * how.stiffness / (compliance(a, fa) + compliance(b, fb));
-  const double amount = integrate(tie, points, b, k);
-  const double of_a = a.frequency * a.frequency + raise(a, fa, k, amount);
-  const double of_b = b.frequency * b.frequency + raise(b, fb, k, amount);
-  tie.frequency = std::sqrt(std::max(of_a, of_b));
+  tie.stiffness = 2.0 * how.stiffness / (compliance(a, fa) + compliance(b, fb));
+  const double amount = integrate(tie, points, b, tie.stiffness);
+  tie.squared = {a.frequency * a.frequency, b.frequency * b.frequency};
+  tie.raise = {raise(a, fa, amount), raise(b, fb, amount)};
   return tie;
 }
 

@@ -96,14 +96,19 @@ double TiedSurfaces::energy(const double *x, const double *X, double *f) const
   return sum;
 }
 
-double TiedSurfaces::energy_of(int tie, const double *x, const double *X) const
+double TiedSurfaces::energy_of(int tie, const double *x, const double *X, const double *v,
+                               double &power) const
 {
   double sum = 0.0;
+  power = 0.0;
   Local l;
   const Place &p = first_[tie];
   evaluate(p, x, X, l);
   for (int a = 0; a < p.nodes; a++)
-    for (int k = 0; k < 3; k++) sum -= 0.5 * l.u[a][k] * l.f[a][k];
+    for (int k = 0; k < 3; k++) {
+      sum -= 0.5 * l.u[a][k] * l.f[a][k];
+      power += l.f[a][k] * v[3 * static_cast<std::size_t>(node_[p.node + a]) + k];
+    }
   return sum;
 }
 

@@ -62,15 +62,15 @@ struct DefeTiedSurfaces::Box {
 };
 
 struct DefeTiedSurfaces::Answer {
-  int atom, face_a, face_b;
+  int atom, pair, face_a, face_b;
   Kept kept;
 };
 
 /** Of a pair of parts. */
 struct DefeTiedSurfaces::Sums {
   double area = 0.0, count = 0.0, area_apart = 0.0;    // added
-  double distance = 0.0, frequency = 0.0, least_apart = -HUGE_VAL,
-         most_apart = 0.0;    // largest; least: negative
+  // largest; of least_apart and stiffness the least, negative
+  double distance = 0.0, stiffness = -HUGE_VAL, least_apart = -HUGE_VAL, most_apart = 0.0;
   static constexpr int added = 3, largest = 4;
 };
 
@@ -260,7 +260,8 @@ void DefeTiedSurfaces::meet(const Guest &a, const Guest &b,
   s.area += tie.area;
   s.count += 1.0;
   s.distance = MAX(s.distance, tie.distance);
-  s.frequency = MAX(s.frequency, tie.frequency);
+  s.stiffness = MAX(s.stiffness, -tie.stiffness);
+  answer.pair = a.pair;
   answer.atom = a.atom;
   answer.face_a = a.face;
   answer.face_b = b.face;
@@ -285,8 +286,24 @@ double DefeTiedSurfaces::find()
     meet(a, b, answers, sums);
   });
 
+  // of one stiffness, that of the softest place of the two parts
+
+  for (size_t k = 0; k < sums.size(); k++) {
+    Sums all;
+    MPI_Allreduce(&sums[k].area, &all.area, Sums::added, MPI_DOUBLE, MPI_SUM, world);
+    MPI_Allreduce(&sums[k].distance, &all.distance, Sums::largest, MPI_DOUBLE, MPI_MAX, world);
+    tell(sys.model.tied[k], all);
+    sums[k] = all;
+  }
+  double frequency = 0.0, fastest = 0.0;
   Letters<Answer> letters(lmp);
-  for (const auto &one : answers) letters.to_rank(one.first, one.second);
+  for (auto &one : answers) {
+    Tie &tie = one.second.kept.tie;
+    tie.set_stiffness(-sums[one.second.pair].stiffness);
+    frequency = MAX(frequency, tie.frequency());
+    letters.to_rank(one.first, one.second);
+  }
+  MPI_Allreduce(&frequency, &fastest, 1, MPI_DOUBLE, MPI_MAX, world);
   auto came = letters.send();
   std::sort(came.begin(), came.end(), [](const Answer &p, const Answer &q) {
     return std::tie(p.atom, p.kept.a, p.face_a, p.kept.b, p.face_b) <
@@ -297,16 +314,7 @@ double DefeTiedSurfaces::find()
     of[one.atom]->push_back(one.kept);
   }
   shown = {};
-
-  double frequency = 0.0;
-  for (size_t k = 0; k < sums.size(); k++) {
-    Sums all;
-    MPI_Allreduce(&sums[k].area, &all.area, Sums::added, MPI_DOUBLE, MPI_SUM, world);
-    MPI_Allreduce(&sums[k].distance, &all.distance, Sums::largest, MPI_DOUBLE, MPI_MAX, world);
-    tell(sys.model.tied[k], all);
-    frequency = MAX(frequency, all.frequency);
-  }
-  return frequency > 0.0 ? 2.0 / frequency : HUGE_VAL;
+  return fastest > 0.0 ? 2.0 / fastest : HUGE_VAL;
 }
 
 void DefeTiedSurfaces::tell(const DefeTiedPair &pair, const Sums &s) const
@@ -402,6 +410,9 @@ std::vector<std::pair<tagint, tagint>> DefeTiedSurfaces::joined_at(int i) const
 void DefeTiedSurfaces::let_go(const defe::ConversionPlan &plan)
 {
   if (!on_) return;
+  // the second half kick of this step is without them: the mean of both positions is lost
+  const bool kicked = !update->setupflag && sys.clock.subcycle().every() == 1;
+  const double half_a_step = kicked ? 0.5 * update->dt : 0.0;
   tagint mine = MAXTAGINT, first = MAXTAGINT;
   for (size_t t = listed.size(); t-- > 0;) {    // backwards: numbers of those before stay
     auto &list = *of[listed[t].first];
@@ -409,8 +420,10 @@ void DefeTiedSurfaces::let_go(const defe::ConversionPlan &plan)
     for (tagint element : {kept.a, kept.b})
       if (plan.converting(element)) mine = MIN(mine, element);
     if (!plan.converting(kept.a) && !plan.converting(kept.b)) continue;
-    sys.ledger.conv_strain +=
-        tables.energy_of(static_cast<int>(t), &atom->x[0][0], sys.store.x_frame(0));
+    double power = 0.0;
+    sys.ledger.conv_strain += tables.energy_of(static_cast<int>(t), &atom->x[0][0],
+                                               sys.store.x_frame(0), &atom->v[0][0], power);
+    sys.ledger.conv_strain += half_a_step * power;
     list.erase(list.begin() + listed[t].second);
   }
   forget();

@@ -343,10 +343,10 @@ TEST(Tied, ConversionsEndTies)
   };
   lmp.run(100);
   EXPECT_GT(lmp.fe(CONVERTED), 8.0);
-  EXPECT_NEAR(lmp.fe(BALANCE), before, 1e-3 * before);
+  EXPECT_NEAR(lmp.fe(BALANCE), before, 4e-4 * before);    // 2.9e-4 without ties
   const Vec3 then = down();
   lmp.run(500);
-  EXPECT_NEAR(lmp.fe(BALANCE), before, 1e-3 * before);
+  EXPECT_NEAR(lmp.fe(BALANCE), before, 4e-4 * before);       // 2.9e-4 without ties
   EXPECT_LT((down() - then).norm(), 1e-11 * then.norm());    // nothing pulls it any more
 }
 

@@ -13,7 +13,8 @@
 /// linear displacement field, rotations included, whatever the distance: the forces have neither a sum nor a moment.
 ///
 /// k is `stiffness` times that of a layer of the two elements: a tie yields as much as a mean one of them
-/// of 1/stiffness of its height.
+/// of 1/stiffness of its height. Between two bodies it must be the same everywhere, that of the softest place: where one
+/// place yields less it takes more, and constant stress does not pass.
 
 #include "defe/exact_sum.h"
 #include "defe/fe/topology.h"
@@ -43,8 +44,14 @@ struct Tie {
   double area = 0.0;
   double distance = 0.0;    ///< largest one from X on A's face to B's
   std::array<double, most_nodes *(most_nodes + 1) / 2> M{};    ///< lower triangle by rows
-  double frequency =
-      0.0;    ///< no mode of the meshes is faster, as far as these two elements and this tie matter
+  double stiffness = 0.0;                                      ///< k
+  /// Of the two elements: the square of the largest frequency, and by what a tie of k = 1 raises it.
+  std::array<double, 2> squared{}, raise{};
+
+  /// Another k: that of the softest place.
+  void set_stiffness(double k);
+  /// No mode of the meshes is faster, as far as these two elements and this tie matter.
+  double frequency() const;
 };
 
 /// How surfaces are tied.
@@ -88,8 +95,8 @@ class TiedSurfaces {
              double *virial) const;
   /// Adds the forces and returns the energy.
   double energy(const double *x, const double *X, double *f) const;
-  /// Of one of them.
-  double energy_of(int tie, const double *x, const double *X) const;
+  /// Of one of them, and the power of its forces.
+  double energy_of(int tie, const double *x, const double *X, const double *v, double &power) const;
 
  private:
   struct Place {
