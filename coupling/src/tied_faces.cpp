@@ -22,7 +22,7 @@ namespace {
   constexpr double least_area = 1e-9;         // of the smaller face: rounding
   constexpr double at_one_place = 1e-10;      // natural coordinate
 
-  /// Sixth-order rule (Dunavant 1985) for triangles: polynomials up to degree 4 are exact, and products of two
+  /// Six-point rule (Dunavant 1985) for triangles: polynomials up to degree 4 are exact, and products of two
   /// bilinear functions are such.
   constexpr double rule[2][2] = {{0.22338158967801146570, 0.44594849091596488632},
                                  {0.10995174365532186764, 0.09157621350977074346}};
