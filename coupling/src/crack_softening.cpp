@@ -35,12 +35,38 @@ namespace {
     bool defined;
   };
 
-  /// Mean rotation of the two DEs: polar factor of the sum of theirs.
+  /// The joints of a DE are nearly on a line now, whatever they were: within 10 degrees if there are two. What is left of the
+  /// rotation about that line is noise, and it turns over as they pass through.
+  bool on_a_line(const CrackEnd &end, unsigned use)
+  {
+    constexpr double limit = 0.001;    // as line_limit of de_rotation.cpp
+    Mat3 P = Mat3::Zero();
+    for (int s = 0; s < 6; ++s)
+      if (use >> s & 1u) P += end.y[s] * end.y[s].transpose();
+    const double trace = P.trace();
+    const Mat3 stiff = trace * Mat3::Identity() - P;
+    return !(stiff.determinant() > limit * 8.0 * trace * trace * trace);
+  }
+
+  /// Of the joints that R was taken from: which, and whether they said how the DE has turned.
+  constexpr unsigned joints_used = 0x3f, said_how = 0x40;
+
+  unsigned char used_now(const CrackEnd &end, const DERotation &turn)
+  {
+    return static_cast<unsigned char>(end.present | (turn.defined ? said_how : 0u));
+  }
+
+  /// Mean rotation of the two DEs: polar factor of the sum of theirs. Which ends may say: bit 6 of `use`.
   Frame joint_frame(const CrackEnd &near, const CrackEnd &far, unsigned use_near, unsigned use_far)
   {
     Frame frame;
-    frame.end[0] = de_rotation(near, use_near);
-    frame.end[1] = de_rotation(far, use_far);
+    const auto turn_of = [](const CrackEnd &end, unsigned use) {
+      DERotation turn = de_rotation(end, use & joints_used);
+      turn.defined = turn.defined && (use & said_how) != 0 && !on_a_line(end, use);
+      return turn;
+    };
+    frame.end[0] = turn_of(near, use_near);
+    frame.end[1] = turn_of(far, use_far);
     frame.defined = frame.end[0].defined || frame.end[1].defined;
     if (frame.end[0].defined && frame.end[1].defined) {
       const Eigen::Vector4d a(frame.end[0].quaternion), b(frame.end[1].quaternion);
@@ -50,6 +76,11 @@ namespace {
       frame.turn = Eigen::Quaterniond(frame.end[frame.end[0].defined ? 0 : 1].quaternion);
     }
     return frame;
+  }
+
+  Frame present_joints(const CrackEnd &near, const CrackEnd &far)
+  {
+    return joint_frame(near, far, near.present | said_how, far.present | said_how);
   }
 
   Eigen::Quaterniond last_turn(const CrackJoint &joint)
@@ -110,10 +141,10 @@ bool crack_start(CrackJoint &joint, const Vec3 &m, double f, const CrackGeometry
 {
   joint = CrackJoint{};
   joint.f = f;
-  joint.used[0] = static_cast<unsigned char>(near.present);
-  joint.used[1] = static_cast<unsigned char>(far.present);
   joint.turn[3] = 1.0;
-  const Frame frame = joint_frame(near, far, near.present, far.present);
+  const Frame frame = present_joints(near, far);
+  joint.used[0] = used_now(near, frame.end[0]);
+  joint.used[1] = used_now(far, frame.end[1]);
   if (frame.defined) keep_turn(joint, frame.turn);
   const Mat3 R = last_turn(joint).toRotationMatrix();
   const Vec3 t = R.transpose() * force / projected(geometry, m).area, place = R.transpose() * y;
@@ -189,23 +220,42 @@ void crack_turn(CrackJoint &joint, const Vec3 &spin)
 
 namespace {
 
-  /// R of this evaluation; where joints came or went since the last one e is taken with the old ones.
+  /// Cosine of half of 0.1: farther (in rad) DEs do not turn between two evaluations.
+  constexpr double largest_turn = 0.99875;
+
+  /// What R to go on from: that of the last evaluation, by the joints that it was taken from, if these have come or gone; with the
+  /// spins, if it has turned over by itself. A whole body may turn as far, but then e is as before.
+  Eigen::Quaterniond before_jump(const CrackJoint &joint, const CrackEnd &near, const CrackEnd &far,
+                                 const Vec3 &y, const Eigen::Quaterniond &spun,
+                                 const Eigen::Quaterniond &turn, const unsigned char now[2])
+  {
+    Eigen::Quaterniond same = turn;
+    if (joint.used[0] != now[0] || joint.used[1] != now[1]) {
+      const Frame before = joint_frame(near, far, joint.used[0], joint.used[1]);
+      same = before.defined ? before.turn : spun;
+    }
+    if (std::abs(same.dot(spun)) > largest_turn) return same;
+    const auto change = [&](const Eigen::Quaterniond &q) {
+      return (Vec3(joint.offset) + q.toRotationMatrix().transpose() * y - Vec3(joint.e)).norm();
+    };
+    return change(same) <= change(spun) ? same : spun;
+  }
+
+  /// R of this evaluation. Where it jumps e does not: it is taken with the R to go on from.
   Mat3 present_frame(CrackJoint &joint, const CrackEnd &near, const CrackEnd &far, const Vec3 &y,
                      const Vec3 &spin, Frame &frame)
   {
-    const unsigned used[2] = {joint.used[0], joint.used[1]};
-    frame = joint_frame(near, far, near.present, far.present);
+    frame = present_joints(near, far);
+    const unsigned char now[2] = {used_now(near, frame.end[0]), used_now(far, frame.end[1])};
     const Eigen::Quaterniond spun = turned_by_spin(joint, spin);
     const Eigen::Quaterniond turn = frame.defined ? frame.turn : spun;
     const Mat3 R = turn.toRotationMatrix();
-    if (used[0] != near.present || used[1] != far.present) {
-      const Frame before = joint_frame(near, far, used[0], used[1]);
-      const Mat3 old = (before.defined ? before.turn : spun).toRotationMatrix();
-      const Vec3 jump = old.transpose() * y - R.transpose() * y;
+    const Eigen::Quaterniond old = before_jump(joint, near, far, y, spun, turn, now);
+    if (old.coeffs() != turn.coeffs()) {
+      const Vec3 jump = old.toRotationMatrix().transpose() * y - R.transpose() * y;
       for (int k = 0; k < 3; ++k) joint.offset[k] += jump[k];
-      joint.used[0] = static_cast<unsigned char>(near.present);
-      joint.used[1] = static_cast<unsigned char>(far.present);
     }
+    std::copy_n(now, 2, joint.used);
     keep_turn(joint, turn);
     return R;
   }
@@ -238,7 +288,8 @@ namespace {
     const CrackEnd *const ends[2] = {&near, &far};
     for (int k = 0; k < 2; ++k) {
       if (!frame.end[k].defined) continue;
-      add_moment(frame.end[k], *ends[k], joint.used[k], (both ? 0.5 : 1.0) * moment, out.arm[k]);
+      add_moment(frame.end[k], *ends[k], joint.used[k] & joints_used, (both ? 0.5 : 1.0) * moment,
+                 out.arm[k]);
       for (const Vec3 &f : out.arm[k]) out.at[k] -= f;
     }
   }

@@ -147,7 +147,8 @@ namespace {
   }
 
   /// The eigenvector, normalized. With N - x I = [n a^T; a B] the column of w is (det B, -adj(B) a); only if it is
-  /// short, i.e. the rotation by more than 120 degrees, the others are needed.
+  /// short, i.e. the rotation by more than 120 degrees, the others are needed. By half a turn it is rounding alone, of any
+  /// direction.
   void horn_eigenvector(const Lanes &of, const Pack &x, Pack q[4])
   {
     const auto &A = of.A;
@@ -161,7 +162,7 @@ namespace {
     q[2] = -(adj.xy * a[0] + adj.yy * a[1] + adj.yz * a[2]);
     q[3] = -(adj.xz * a[0] + adj.yz * a[1] + adj.zz * a[2]);
     Pack square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-    const Mask far = of.defined & ~(q[0] * q[0] >= 0.25 * square);
+    const Mask far = of.defined & ~((q[0] * q[0] >= 0.25 * square) & (square > 1e-16));
     if (__builtin_expect(simd::any(far), false))
       for (int l = 0; l < simd::width; ++l) {
         if (!far[l]) continue;

@@ -387,6 +387,44 @@ TEST(CrackSoftening, LostNeighboursDoNotShiftIt)
   }
 }
 
+// A DE that hangs on two joints says how it has turned until these are on a line; beyond, its rotation is another one by
+// half a turn. That was taken for an opening of the joint by twice its length.
+TEST(CrackSoftening, ARotationThatTurnsOverDoesNotOpenIt)
+{
+  const Vec3 n = Vec3(1.0, 2.0, 3.0).normalized();
+  const CrackGeometry geometry{d * n, d * d * n};
+  const fe::IsotropicElastic g = glass();
+  const CornerModuli moduli{g.lambda(), g.mu()};
+  Vec3 dX[6], y[6];
+  for (int s = 0; s < 6; ++s) dX[s] = y[s] = Vec3::Zero();
+  dX[1] = y[1] = d * Vec3::UnitX();
+  dX[3] = y[3] = d * Vec3::UnitY();
+  const CrackEnd near{dX, y, 1u << 1 | 1u << 3}, far{dX, y, 0};
+  const Vec3 arm = (1.0 + 1e-3) * geometry.d;
+  CrackJoint joint;
+  ASSERT_TRUE(crack_start(joint, n, 0.5, geometry, 60.0 * n, near, far, arm));
+  crack_take_over(joint, geometry, 1.0, moduli, law);
+  (void) crack_update(joint, geometry, near, far, arm, Vec3::Zero(), moduli, law);
+  const double stored = joint.stored;
+  double turned = 0.0;
+  for (int degrees = 89; degrees >= -15; --degrees) {
+    const double angle = degrees * M_PI / 180.0, step = M_PI / 180.0;
+    y[3] = d * Vec3(std::cos(angle), std::sin(angle), 0.0);
+    // the other DE goes with the mean of the two, and so do the spins
+    const Vec3 goes = Eigen::AngleAxisd(0.5 * (angle - M_PI / 2.0), Vec3::UnitZ()) * arm;
+    const Vec3 spin(0.0, 0.0, -0.5 * step);
+    const Eigen::Quaterniond before(joint.turn[3], joint.turn[0], joint.turn[1], joint.turn[2]);
+    (void) crack_update(joint, geometry, near, far, goes, spin, moduli, law);
+    const Eigen::Quaterniond now(joint.turn[3], joint.turn[0], joint.turn[1], joint.turn[2]);
+    if (now.angularDistance(before) > 1.0) break;
+    turned = 0.5 * M_PI - angle;
+    EXPECT_NEAR(joint.stored, stored, 1e-6 * stored) << degrees;
+  }
+  EXPECT_GT(turned, 0.5 * M_PI + 0.1);
+  EXPECT_FALSE(joint.broken);
+  EXPECT_NEAR(joint.stored, stored, 1e-6 * stored) << "it has turned over";
+}
+
 // Loose DEs: the frame turns with the spins, and they take the moment.
 TEST(CrackSoftening, WithoutNeighboursTheSpinsTakeTheMoment)
 {
@@ -539,6 +577,17 @@ TEST(CrackSoftening, RotationOfADE)
         0.5 * Vec3(more(2, 1) - more(1, 2), more(0, 2) - more(2, 0), more(1, 0) - more(0, 1));
     EXPECT_LT((angle - turned).norm(), 1e-5 * turned.norm() + 1e-14);
   }
+  // half a turn, exactly
+  for (const Vec3 &axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)})
+    for (unsigned use : {0x3fu, 0x15u, 0x06u}) {
+      const Mat3 R = 2.0 * axis * axis.transpose() - Mat3::Identity();
+      Vec3 dX[6], y[6];
+      for (int s = 0; s < 6; ++s) {
+        dX[s] = (s % 2 ? 1e-3 : -1e-3) * Vec3::Unit(s / 2);
+        y[s] = R * dX[s];
+      }
+      EXPECT_LT((de_rotation({dX, y, 0x3f}, use).R - R).norm(), 1e-12) << axis << " " << use;
+    }
   // along a line, or of one joint, there is none
   const Vec3 line[6] = {Vec3(-1, 0, 0), Vec3(1, 0, 0), Vec3::Zero(),
                         Vec3::Zero(),   Vec3::Zero(),  Vec3::Zero()};

@@ -27,7 +27,8 @@
 /// gives forces on them, exact but for the square of the two DEs' turn against each other, that
 /// keep angular momentum and energy. A DE without two joints in different directions has no such R:
 /// the other one's is taken; without either R turns with the spins, which take the moment.
-/// When a DE loses or gains joints R jumps; e does not (the offset is set anew).
+/// When a DE loses or gains joints R jumps; e does not (the offset is set anew). Nor does it when a DE's joints have come to lie
+/// on a line, where they say nothing about the rotation about it, and turn it over as they pass through.
 ///
 /// Once broken, the plane presses where it is closed (k_c along m) and rubs (Coulomb, with a spring k_p = mu/l_p). When the
 /// two DEs have moved by a fifth of |d| the pair is for the contact of spheres.
@@ -48,16 +49,17 @@ struct CrackGeometry {
 
 /// Everything that a cut joint remembers. Plain data, a fixed size: packed as bytes, kept over restarts.
 struct CrackJoint {
-  double m[3];              ///< crack normal, reference frame, towards the far end
-  double f;                 ///< where the crack passes: X + f d
-  double offset[3];         ///< e = offset + R^T y
-  double k_m, k_p;          ///< per area
-  double s0, kappa;         ///< see CohesiveState
-  double e[3];              ///< stretch at the last evaluation
-  double turn[4];           ///< R at the last evaluation: quaternion x y z w
-  double stored;            ///< J, at the last evaluation
-  double taken;             ///< J, at the switch
-  unsigned char used[2];    ///< joints that R is taken from, at either end
+  double m[3];         ///< crack normal, reference frame, towards the far end
+  double f;            ///< where the crack passes: X + f d
+  double offset[3];    ///< e = offset + R^T y
+  double k_m, k_p;     ///< per area
+  double s0, kappa;    ///< see CohesiveState
+  double e[3];         ///< stretch at the last evaluation
+  double turn[4];      ///< R at the last evaluation: quaternion x y z w
+  double stored;       ///< J, at the last evaluation
+  double taken;        ///< J, at the switch
+  unsigned char
+      used[2];    ///< joints that R is taken from, at either end; bit 6: they say how it has turned
   unsigned char broken;
   unsigned char pad[5];    ///< always 0
 };
