@@ -2,7 +2,7 @@
 
 import numpy as np
 from manual import Accept, plt
-from plates import Crack, NotchedPlate, draw, stable_step, start_of_crack
+from plates import Crack, NotchedPlate, draw, stable_step
 
 TITLE = "Borden et al.: branching under 1 MPa"
 BORDEN = "Borden et al., Comput. Methods Appl. Mech. Engrg. 217 (2012) 77"

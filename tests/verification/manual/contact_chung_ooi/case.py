@@ -86,6 +86,26 @@ def oblique(s):
     return np.array(found), hits
 
 
+def draw(s, curves, found):
+    figure, axes = plt.subplots(1, 2, figsize=(10, 3.6))
+    for (test, how), hit in curves.items():
+        if test == "1, glass":
+            axes[0].plot(1e6 * hit.overlap, 1e-3 * hit.push, lw=0.9, label=how)
+    deep = np.linspace(0.0, 274e-6, 50)
+    force, overlap, _ = hertz(*NORMAL["1, glass"])
+    axes[0].plot(1e6 * deep, 1e-3 * force * (deep / overlap) ** 1.5, "k:", lw=1.2, label="Hertz")
+    axes[0].set(xlim=(0, 290), ylim=(0, 12), xlabel="overlap (um)", ylabel="force (kN)", title="test 1, glass")
+    axes[0].legend(fontsize=7)
+    axes[1].plot(found[:, 0], found[:, 2], "o-", ms=4, lw=0.8, label="DEs")
+    angle = np.linspace(33.0, 85.0, 60)
+    axes[1].plot(angle, 1.0 - FRICTION * (1.0 + RESTITUTION) / np.tan(np.radians(angle)), "k:", label="slides throughout")
+    axes[1].axhline(5.0 / 7.0, color="0.6", lw=0.8, label="rolls away, rigid")
+    axes[1].set(xlabel="angle from the normal (degrees)", ylabel="restitution across", ylim=(0.4, 1.0), title="test 4, aluminium oxide")
+    axes[1].legend(fontsize=7)
+    figure.tight_layout()
+    s.figure(figure, "collisions", "Force against overlap of two glass spheres, and restitution across in oblique collisions.")
+
+
 def run(s):
     values, rows = {}, [["test", "", "largest force (kN)", "Hertz", "largest overlap (um)", "Hertz", "time of contact (us)", "Hertz", "processor time (s)"]]
     curves, drift = {}, []
@@ -152,23 +172,7 @@ def run(s):
             + [[f"{a:g}", f"{n:.4f}", f"{t:.4f}", f"{exact:.4f}", f"{w:.3f}"] for a, n, t, w, exact, _ in found])
     sliding = found[found[:, 0] >= SLIDES]
 
-    figure, axes = plt.subplots(1, 2, figsize=(10, 3.6))
-    for (test, how), hit in curves.items():
-        if test == "1, glass":
-            axes[0].plot(1e6 * hit.overlap, 1e-3 * hit.push, lw=0.9, label=how)
-    deep = np.linspace(0.0, 274e-6, 50)
-    force, overlap, _ = hertz(*NORMAL["1, glass"])
-    axes[0].plot(1e6 * deep, 1e-3 * force * (deep / overlap) ** 1.5, "k:", lw=1.2, label="Hertz")
-    axes[0].set(xlim=(0, 290), ylim=(0, 12), xlabel="overlap (um)", ylabel="force (kN)", title="test 1, glass")
-    axes[0].legend(fontsize=7)
-    axes[1].plot(found[:, 0], found[:, 2], "o-", ms=4, lw=0.8, label="DEs")
-    angle = np.linspace(33.0, 85.0, 60)
-    axes[1].plot(angle, 1.0 - FRICTION * (1.0 + RESTITUTION) / np.tan(np.radians(angle)), "k:", label="slides throughout")
-    axes[1].axhline(5.0 / 7.0, color="0.6", lw=0.8, label="rolls away, rigid")
-    axes[1].set(xlabel="angle from the normal (degrees)", ylabel="restitution across", ylim=(0.4, 1.0), title="test 4, aluminium oxide")
-    axes[1].legend(fontsize=7)
-    figure.tight_layout()
-    s.figure(figure, "collisions", "Force against overlap of two glass spheres, and restitution across in oblique collisions.")
+    draw(s, curves, found)
     values["restitution, farthest from the given one"] = float(max(abs(a - e) for a, e in zip(given, LEVELS)))
     values["tangential restitution, farthest from sliding"] = float(np.abs(sliding[:, 2] - sliding[:, 4]).max())
     values["spin over that of sliding, farthest from 1"] = float(np.abs(sliding[:, 3] - 1.0).max())
