@@ -12,7 +12,7 @@ source ../simulate.sh
 variant=${DEFE_VARIANT:-fine}
 case $variant in
   fine) options=() ;;
-  coarse) options=(-var edge 2e-3 -var dt 5e-8 -var blow 30) ;;
+  coarse) options=(-var edge 2e-3 -var dt 5e-8 -var strength 54e6 -var blow 30) ;;
   *) echo "example 'tempered_pane' has no variant '$variant': use fine or coarse" >&2; exit 2 ;;
 esac
 out=output/${DEFE_NAME:-$variant}
