@@ -168,7 +168,10 @@ namespace {
         lost += energy;
         if (energy == 0.0 && one.contact.depth <= 0.0)
           return;    // beside the rim, not through the face
-        result.let_through.push_back({cp.atom, one.facet, one.contact.raw_depth, energy});
+        // the DEs in the middle of an element's edge are as deep behind faces round the corner from the start
+        const LocalPoint &at = one.contact.point;
+        const bool over = cp.r == 0.0 || (std::abs(at.xi) <= 1.0 && std::abs(at.eta) <= 1.0);
+        result.let_through.push_back({cp.atom, one.facet, one.contact.raw_depth, energy, over});
       } else
         returned += energy;
     }

@@ -134,6 +134,36 @@ TEST(Split, WithFlawsOnAnyRanksAndOverARestart)
   same_on_any_ranks_and_over_a_restart(beam, "flaws", 260);
 }
 
+// Of 27 DEs those in the middle of an edge of their element are, from the start, as deep behind faces round the corner as
+// contact reaches: nothing goes through these faces.
+TEST(Split, NoneIsLetThroughFacesRoundTheCorner)
+{
+  Lammps lmp;
+  lmp.commands(script_head() + R"(
+    region          box block -0.04 0.04 -0.01 0.03 -0.01 0.02
+    create_box      4 box
+    pair_style      defe/joint
+    pair_coeff      4 4 connective material cohesive 60e6 10.0 0.1 contact 0.9 0.2
+    group           particles empty
+    fix             fe all defe material glass elastic 74.09e9 0.2 2500 material block rigid 1.0e6 &
+                            convert glass 56e6 type 4 group particles split 3 contact 0.2
+    create_hexes    fe glass 1  x -0.031 31 0.031  y 0.000 5 0.010  z 0 3 0.006
+    create_hexes    fe block 3  x -0.003  3 0.003  y 0.010 2 0.014  z 0 3 0.006
+    group           nodes type 1
+    group           block type 3
+    velocity        block set 0 -2 0
+    fix             move1 nodes nve
+    fix             move2 particles nve/sphere
+    fix             move3 block rigid/nve single
+    timestep        4e-8
+    neighbor        0.0002 bin
+    neigh_modify    every 1 delay 0 check yes
+)");
+  lmp.run(800);
+  EXPECT_GT(lmp.fe(CONTACT), 100) << "a poor example";
+  EXPECT_EQ(lmp.fe(LET_THROUGH), 0);
+}
+
 TEST(Split, RefusedInputs)
 {
   Block block;
