@@ -25,7 +25,7 @@ mkdir "$work/checkout"
 cp -r "$project/tools" "$project/cmake" "$work/checkout"
 touch "$work/checkout/build"
 # shellcheck disable=SC2016  # expanded in the other shell
-build=(bash -c 'source "$0/tools/common.sh" && defe_build release --' "$work/checkout")
+build=(env -u DEFE_FOLDER bash -c 'source "$0/tools/common.sh" && defe_build release --' "$work/checkout")
 expect "no right to write $work/checkout/build/release/build.log" "${build[@]}"
 
 # the cache
