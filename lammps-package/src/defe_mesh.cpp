@@ -151,28 +151,24 @@ void DefeMesh::build()
   sys.elements.forget_kernels();
   for (auto *h : mesh.hex) h->kernel = -1;
 
-  tell(mesh);
+  tell();
 }
 
-void DefeMesh::tell(const DefeMeshDraft &mesh) const
+void DefeMesh::tell() const
 {
-  std::vector<bigint> mine(sys.model.parts.size(), 0), all(mine.size());
-  for (const auto *h : mesh.hex) mine[h->part]++;
-  MPI_Allreduce(mine.data(), all.data(), static_cast<int>(mine.size()), MPI_LMP_BIGINT, MPI_SUM,
-                world);
   if (comm->me) return;
   utils::logmesg(lmp,
                  "Fix defe: {} hexahedra, stable time step {:.6g} (finite), {:.6g} (discrete)\n",
                  sys.census.elements(), now.dt_finite, now.dt_discrete);
-  for (size_t p = 0; p < all.size(); p++) {
-    if (all[p] == 0) continue;
-    const auto &law = *sys.model.material_of(sys.model.parts[p]).law;
+  for (const auto &p : sys.model.parts) {
+    if (p.elements == 0) continue;
+    const auto &law = *sys.model.material_of(p).law;
     const std::string choice = law.elements();
-    utils::logmesg(lmp, "  part {}: {} {} element{}\n", sys.model.parts[p].name, all[p],
+    utils::logmesg(lmp, "  part {}: {} {} element{}\n", p.name, p.elements,
                    law.rigid()          ? "rigid"
                        : choice.empty() ? "F-bar"
                                         : choice,
-                   all[p] == 1 ? "" : "s");
+                   p.elements == 1 ? "" : "s");
   }
 }
 
@@ -374,8 +370,8 @@ void DefeMesh::sum_up_parts(const DefeMeshDraft &mesh, const defe::MeshMeasure &
                 world);
   for (size_t p = 0; p < sys.model.parts.size(); p++) {
     const auto &m = sys.model.material_of(sys.model.parts[p]);
-    sys.model.parts[p].elements += static_cast<bigint>(all[p].number);
-    sys.model.parts[p].slender += static_cast<bigint>(all[p].slender);
+    sys.model.parts[p].elements = static_cast<bigint>(all[p].number);
+    sys.model.parts[p].slender = static_cast<bigint>(all[p].slender);
     if (m.rigid() || all[p].number == 0.0) continue;
     const double mean = sys.model.reproducible ? mean_size(mesh.hex, static_cast<int>(p))
                                                : all[p].size / all[p].number;

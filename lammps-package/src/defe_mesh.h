@@ -76,7 +76,7 @@ class DefeMesh : protected DefeComponent {
   void add_masses(const DefeMeshDraft &);
   void find_neighbours(const DefeMeshDraft &);
   void find_tied(const DefeMeshDraft &);
-  void tell(const DefeMeshDraft &) const;
+  void tell() const;
   void check_splits(const DefeMeshDraft &) const;
   void find_coordinates(const DefeMeshDraft &, int first, int last,
                         std::vector<defe::fe::HexCoords> &) const;
