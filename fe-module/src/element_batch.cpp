@@ -85,8 +85,9 @@ void ElementBatch::remove(int e)
 {
   const auto drop = [e](auto &list, size_t each) {
     if (list.empty()) return;
-    std::copy(list.end() - each, list.end(), list.begin() + each * e);
-    list.resize(list.size() - each);
+    const size_t last = list.size() - each;
+    if (each * e != last) std::copy_n(list.begin() + last, each, list.begin() + each * e);
+    list.resize(last);
   };
   drop(node_, 1);
   drop(history_, 1);

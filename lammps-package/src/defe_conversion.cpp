@@ -584,7 +584,6 @@ bigint DefeConversion::delete_nodes()
 
 void DefeConversion::create_des(const Draft &c)
 {
-  born_from = atom->nlocal;
   for (const auto &b : c.births) {
     const DefePart &p = sys.model.parts[b.part];
     double xnew[3] = {b.de.x[0], b.de.x[1], b.de.x[2]};
@@ -662,7 +661,7 @@ void DefeConversion::finish(bigint converted, bigint nodes_gone, bigint born)
   sys.census.convert(all[1], all[2], all[4]);
   if (all[1] > 0) sys.account.note_conversion();
   atom->nghost = 0;
-  sys.ids.make_room_in_map(born_from);
+  sys.ids.make_room_in_map(static_cast<int>(born));
   if (all[3]) {
     domain->pbc();
     if (domain->nonperiodic == 2) domain->reset_box();

@@ -62,7 +62,6 @@ class DefeConversion : protected DefeComponent {
   void create_des(const Draft &);
   void take_ball_shares(int i, const Draft &, tagint element, tagint node, bool of_all_nodes);
   void finish(bigint converted, bigint nodes_gone, bigint born);
-  int born_from = 0;    // local atoms from here on are DEs of this conversion
 
   /** Elements that convert, with their nodes. */
   class Marked : public DefeMessage {

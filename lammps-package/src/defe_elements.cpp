@@ -59,8 +59,8 @@ void DefeElements::build()
 
 bool DefeElements::repairable() const
 {
-  return listed >= 0 && domain->nonperiodic && !domain->xperiodic && !domain->yperiodic &&
-      !domain->zperiodic && sys.store.changed().size() < static_cast<size_t>(atom->nlocal / 8);
+  return listed >= 0 && !domain->xperiodic && !domain->yperiodic && !domain->zperiodic &&
+      sys.store.changed().size() < static_cast<size_t>(atom->nlocal / 8);
 }
 
 void DefeElements::list_all()
@@ -73,6 +73,14 @@ void DefeElements::list_all()
     if (const HexRecord *one = list_of(i)) lost = one;
   }
   if (lost) stop_lost(*lost);
+}
+
+/** It has a face that is free, or DEs behind one. */
+static bool is_exposed(const HexRecord &h)
+{
+  return std::any_of(std::begin(h.nb), std::end(h.nb), [](tagint nb) {
+    return nb <= 0;
+  });
 }
 
 /** Elements of atom i; one that has a node that is not here, if there is one. */
@@ -97,8 +105,8 @@ const HexRecord *DefeElements::list_of(int i)
 void DefeElements::repair()
 {
   const int limit = MIN(listed, atom->nlocal);
-  anew.assign(limit, 0);
-  std::vector<int> anchors;    // atoms whose elements are listed anew
+  std::vector<char> anew(limit, 0);    // atoms whose elements are listed anew
+  std::vector<int> anchors;            // these, and those beyond
   for (int i : sys.store.changed()) {
     if (i < limit) anew[i] = 1;
     if (i < atom->nlocal) anchors.push_back(i);
@@ -112,7 +120,7 @@ void DefeElements::repair()
       anew[idx[0]] = 1;
       anchors.push_back(idx[0]);
     }
-  drop(limit);
+  drop(anew);
 
   std::sort(anchors.begin(), anchors.end());
   const HexRecord *lost = nullptr;
@@ -121,8 +129,9 @@ void DefeElements::repair()
   if (lost) stop_lost(*lost);
 }
 
-void DefeElements::drop(int limit)
+void DefeElements::drop(const std::vector<char> &anew)
 {
+  const int limit = static_cast<int>(anew.size());
   std::map<std::pair<int, int>, int> now;    // elements that go: -1, or have another place
   for (size_t k = 0; k < all.size(); k++) {
     DefeBatch &b = all[k];
@@ -155,11 +164,6 @@ void DefeElements::drop(int limit)
 void DefeElements::check() const
 {
   size_t records = 0, listed_here = 0, bare = 0, to_convert = 0;
-  const auto is_bare = [](const HexRecord &h) {
-    return std::any_of(std::begin(h.nb), std::end(h.nb), [](tagint nb) {
-      return nb <= 0;
-    });
-  };
   for (int i = 0; i < atom->nlocal; i++) records += sys.store.hexes(i).size();
   for (const auto &b : all)
     for (int e = 0; e < b.size(); e++) {
@@ -174,7 +178,7 @@ void DefeElements::check() const
         error->one(FLERR, "Fix defe at step {}: element {} of the table is not that of its atom",
                    update->ntimestep, e);
       listed_here++;
-      bare += is_bare(h);
+      bare += is_exposed(h);
       to_convert += h.marked != 0;
     }
   if (records != listed_here || bare != exposed_.size() || to_convert != marked_.size())
@@ -194,10 +198,7 @@ void DefeElements::add(HexRecord &h, const std::array<int, 8> &idx)
     h.kernel = batch_of(h.part, X, sys.prestress.of_element(idx[0], h));
   }
   DefeBatch &b = all[h.kernel];
-  if (std::any_of(std::begin(h.nb), std::end(h.nb), [](tagint nb) {
-        return nb <= 0;
-      }))
-    exposed_.emplace_back(h.kernel, b.size());
+  if (is_exposed(h)) exposed_.emplace_back(h.kernel, b.size());
   if (h.marked) marked_.emplace_back(h.kernel, b.size());
   double *history = nullptr;
   if (b.history_size() > 0) {

@@ -85,12 +85,11 @@ class DefeElements : protected DefeComponent {
   std::vector<double> scratch;
   int history_read = 0;
   int listed = -1;    // local atoms when the tables were made; -1: they are not to be used
-  std::vector<char> anew;
 
   void clear();
   void list_all();
   void repair();
-  void drop(int limit);
+  void drop(const std::vector<char> &anew);
   const HexRecord *list_of(int i);
   int batch_of(int part, const defe::fe::HexCoords &X, const defe::Mat3 *prestress);
   void add(HexRecord &, const std::array<int, 8> &idx);

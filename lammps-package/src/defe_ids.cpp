@@ -203,10 +203,10 @@ struct MapOfAtoms : Atom {    // for a member that is protected
 
 }    // namespace
 
-void DefeIds::make_room_in_map(int born_from)
+void DefeIds::make_room_in_map(int born)
 {
   tagint mine = 0, highest = 0;
-  for (int i = born_from; i < atom->nlocal; i++) mine = MAX(mine, atom->tag[i]);
+  for (int i = atom->nlocal - born; i < atom->nlocal; i++) mine = MAX(mine, atom->tag[i]);
   MPI_Allreduce(&mine, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, world);
   if (highest > atom->map_tag_max) {
     const tagint ahead = highest + highest / 8;

@@ -44,8 +44,8 @@ class DefeIds : protected DefeComponent {
   void register_newcomer(int i);
   void check_newcomers();
 
-  /** After DEs were born, which are the local atoms from this one on, and with the map empty; collective. */
-  void make_room_in_map(int born_from);
+  /** After DEs were born, the last so many of the local atoms, and with the map empty; collective. */
+  void make_room_in_map(int born);
 
   void pack(State &s) const { s = now; }
   void unpack(const State &s) { now = s; }
