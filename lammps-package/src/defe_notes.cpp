@@ -31,14 +31,14 @@
 #include <vector>
 
 using namespace LAMMPS_NS;
+using Rendezvous::cell_of;
 using Rendezvous::Letters;
 
 // nodes that are closer than this, in shortest edges of the mesh, are at one place
 static constexpr double AT_ONE_PLACE = 1.0e-4;
 
-// edge of the cells in which nodes at one place meet, in the same unit, and their origin in edges: such
-// that the nodes of a regular mesh do not lie on the borders
-static constexpr double CELL = 1.7, CELL_ORIGIN = 0.37;
+// edge of the cells in which nodes at one place meet, in the same unit
+static constexpr double CELL = 1.7;
 
 namespace {
 
@@ -194,9 +194,6 @@ std::vector<Place> sorted_by_cells(LAMMPS *lmp, const std::vector<SurfaceNode> &
                                    double near)
 {
   const auto *domain = lmp->domain;
-  auto cell_of = [size](double x) {
-    return static_cast<std::int64_t>(std::floor(x / size + CELL_ORIGIN));
-  };
   struct Copy {
     std::int64_t cell;
     double x;
@@ -215,22 +212,15 @@ std::vector<Place> sorted_by_cells(LAMMPS *lmp, const std::vector<SurfaceNode> &
           image[images++] -= domain->prd[d];
       }
       for (int m = 0; m < images; m++)
-        for (auto c = cell_of(image[m] - near); c <= cell_of(image[m] + near); c++)
-          copies[d].push_back({c, image[m], m == 0 && c == cell_of(n.x[d])});
+        for (auto c = cell_of(image[m] - near, size); c <= cell_of(image[m] + near, size); c++)
+          copies[d].push_back({c, image[m], m == 0 && c == cell_of(n.x[d], size)});
     }
     for (const auto &a : copies[0])
       for (const auto &b : copies[1])
         for (const auto &c : copies[2]) {
-          std::uint64_t hash = 0;
-          for (auto cell : {a.cell, b.cell, c.cell})
-            hash = hash * 1000003u + static_cast<std::uint64_t>(cell);
-          hash ^= hash >> 29;
-          places.to_rank(static_cast<int>(hash % static_cast<std::uint64_t>(lmp->comm->nprocs)),
-                         {{a.cell, b.cell, c.cell},
-                          n.tag,
-                          n.part,
-                          a.home && b.home && c.home,
-                          {a.x, b.x, c.x}});
+          const Place place{
+              {a.cell, b.cell, c.cell}, n.tag, n.part, a.home && b.home && c.home, {a.x, b.x, c.x}};
+          places.to_cell(place.cell, place);
         }
   }
   auto here = places.send();

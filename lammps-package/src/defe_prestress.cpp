@@ -334,11 +334,6 @@ double DefePrestress::memory_usage() const
    as a field of the store
 ------------------------------------------------------------------------- */
 
-void DefePrestress::clear(int i)
-{
-  if (on_ && i < static_cast<int>(of.size())) of[i].reset();
-}
-
 int DefePrestress::size(int i) const
 {
   return 1 + (of[i] ? KEPT_SIZE * static_cast<int>(of[i]->size()) : 0);

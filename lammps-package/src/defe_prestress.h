@@ -23,9 +23,17 @@ namespace LAMMPS_NS {
 struct DefeBatch;
 struct HexRecord;
 
+/** Of an element or a DE. */
+struct DefeKeptStress {
+  tagint element = 0;    // 0: it is a DE
+  defe::Mat3 stress;
+  defe::Mat3 map;    // follows from it
+  bool mapped = false;
+};
+
 /** Stress of bodies before any load (keyword prestress; fe/prestress.h): found once, with the mesh, and kept by the
     atom that has the element, and by its DEs later on. Where no part has any, nothing is kept. */
-class DefePrestress : protected DefeComponent, public DefeField {
+class DefePrestress : protected DefeComponent, public DefeSparseField<std::vector<DefeKeptStress>> {
  public:
   using DefeComponent::DefeComponent;
 
@@ -55,23 +63,14 @@ class DefePrestress : protected DefeComponent, public DefeField {
 
   // ---- by atom ----
 
-  void clear(int i);
-  void grow(int n) override { of.resize(n); }
-  void move(int from, int to) override { of[to] = std::move(of[from]); }
   int size(int i) const override;
   int pack(int i, double *buf) const override;
   int unpack(int i, const double *buf) override;
   int most() const override;
 
  private:
-  struct Kept {
-    tagint element = 0;    // 0: it is a DE
-    defe::Mat3 stress;
-    defe::Mat3 map;    // follows from it
-    bool mapped = false;
-  };
+  using Kept = DefeKeptStress;
   using List = std::vector<Kept>;
-  std::vector<std::unique_ptr<List>> of;
   bool on_ = false;
 
   Kept *find(int i, tagint element) const;

@@ -298,7 +298,7 @@ void DefeStore::move(int from, int to)
 void DefeStore::clear(int i)
 {
   touch(i);
-  contacts.of[i].reset();
+  contacts.clear(i);
   sys.kept.clear(i);
   sys.strengths.clear(i);
   sys.prestress.clear(i);
@@ -308,7 +308,7 @@ void DefeStore::clear(int i)
   // read_data sets the arrays of new atoms after it has read the sections: keep the elements
 
   frames.elements[i] = 0;
-  des.of[i].reset();
+  des.clear(i);
   const bool came = i < static_cast<int>(just_read.size()) && just_read[i];
   if (came)
     just_read[i] = 0;
@@ -322,8 +322,8 @@ void DefeStore::forget(int i)
 {
   touch(i);
   hexes(i).clear();
-  des.of[i].reset();
-  contacts.of[i].reset();
+  des.clear(i);
+  contacts.clear(i);
   sys.strengths.clear(i);
   sys.prestress.clear(i);
   sys.tied.clear(i);

@@ -31,6 +31,21 @@ class DefeField {
   ~DefeField() = default;    // never deleted through this class
 };
 
+/** Data that few atoms have; null: it has none. */
+template <class T> class DefeSparseField : public DefeField {
+ public:
+  void grow(int n) override { of.resize(n); }
+  void move(int from, int to) override { of[to] = std::move(of[from]); }
+  /** Also of an atom that there is no room for yet, and if the field is not in use. */
+  void clear(int i)
+  {
+    if (i < static_cast<int>(of.size())) of[i].reset();
+  }
+
+ protected:
+  std::vector<std::unique_ptr<T>> of;    // by atom
+};
+
 /** Doubles that hold so many bytes. */
 constexpr int doubles_of(size_t bytes)
 {
@@ -110,21 +125,17 @@ class DefeStore : protected DefeComponent {
     int most() const override { return SIZE; }
     static constexpr int SIZE = 4;
   } frames;
-  struct DEs : DefeField {
-    std::vector<std::unique_ptr<DERecord>> of;
-    void grow(int n) override { of.resize(n); }
-    void move(int from, int to) override { of[to] = std::move(of[from]); }
+  struct DEs : DefeSparseField<DERecord> {
+    using DefeSparseField::of;
     int size(int i) const override { return of[i] ? 1 + SIZE : 1; }
     int pack(int i, double *buf) const override;
     int unpack(int i, const double *buf) override;
     int most() const override { return 1 + SIZE; }
     static constexpr int SIZE = doubles_of(sizeof(DERecord));
   } des;
-  struct Contacts : DefeField {
-    std::vector<std::unique_ptr<AtomContacts>> of;
+  struct Contacts : DefeSparseField<AtomContacts> {
+    using DefeSparseField::of;
     const Atom *atom = nullptr;
-    void grow(int n) override { of.resize(n); }
-    void move(int from, int to) override { of[to] = std::move(of[from]); }
     int size(int i) const override;
     int pack(int i, double *buf) const override;
     int unpack(int i, const double *buf) override;

@@ -305,11 +305,6 @@ double DefeStrengths::memory_usage() const
    as a field of the store
 ------------------------------------------------------------------------- */
 
-void DefeStrengths::clear(int i)
-{
-  if (on_ && i < static_cast<int>(of.size())) of[i].reset();
-}
-
 /** Doubles of an element: ID, and strengths. */
 int DefeStrengths::hex_size() const
 {

@@ -26,9 +26,17 @@ namespace LAMMPS_NS {
 struct DefeBatch;
 struct HexRecord;
 
+/** Of a DE, or of the elements that an atom has. */
+struct DefeDrawnStrengths {
+  // by place; of elements with fewer places than others the rest is infinite
+  using Places = std::vector<double>;
+  double de = 0.0;    // > 0: it is one
+  std::vector<std::pair<tagint, Places>> hexes;
+};
+
 /** Strengths by flaws (keyword strength; strength_field.h): drawn once per element, with the first tables, and kept by the
     atom that has the element, and by its DEs later on. Where no part has any, nothing is kept and nothing sent. */
-class DefeStrengths : protected DefeComponent, public DefeField {
+class DefeStrengths : protected DefeComponent, public DefeSparseField<DefeDrawnStrengths> {
  public:
   explicit DefeStrengths(DefeSystem &);
 
@@ -74,22 +82,14 @@ class DefeStrengths : protected DefeComponent, public DefeField {
 
   // ---- by atom ----
 
-  void clear(int i);
-  void grow(int n) override { of.resize(n); }
-  void move(int from, int to) override { of[to] = std::move(of[from]); }
   int size(int i) const override;
   int pack(int i, double *buf) const override;
   int unpack(int i, const double *buf) override;
   int most() const override;
 
  private:
-  // by place; of elements with fewer places than others the rest is infinite
-  using Places = std::vector<double>;
-  struct Drawn {
-    double de = 0.0;    // > 0: it is one
-    std::vector<std::pair<tagint, Places>> hexes;
-  };
-  std::vector<std::unique_ptr<Drawn>> of;
+  using Places = DefeDrawnStrengths::Places;
+  using Drawn = DefeDrawnStrengths;
   bool on_ = false, growing_ = false, due = true;
 
   struct Batch {

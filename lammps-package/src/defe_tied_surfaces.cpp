@@ -28,9 +28,9 @@
 using namespace LAMMPS_NS;
 using defe::Tie;
 using defe::fe::HexCoords;
+using Rendezvous::cell_of;
 using Rendezvous::Letters;
 
-static constexpr double CELL_ORIGIN = 0.37;    // in cells: off the planes of a regular mesh
 static constexpr double LOOK_AROUND =
     0.25;    // for surfaces that are too far apart, in diagonals of a face
 
@@ -135,11 +135,6 @@ std::vector<DefeTiedSurfaces::Box> DefeTiedSurfaces::boxes() const
    faces near the other part of their pair, in all cells that they reach into
 ------------------------------------------------------------------------- */
 
-static std::int64_t cell_of(double x, double size)
-{
-  return static_cast<std::int64_t>(std::floor(x / size + CELL_ORIGIN));
-}
-
 std::vector<DefeTiedSurfaces::Guest> DefeTiedSurfaces::guests(const std::vector<Box> &around,
                                                               double size) const
 {
@@ -195,12 +190,7 @@ void DefeTiedSurfaces::send_to_cells(Guest &g, double size, Letters &letters) co
   }
   for (g.cell[0] = first[0]; g.cell[0] <= last[0]; g.cell[0]++)
     for (g.cell[1] = first[1]; g.cell[1] <= last[1]; g.cell[1]++)
-      for (g.cell[2] = first[2]; g.cell[2] <= last[2]; g.cell[2]++) {
-        std::uint64_t hash = 0;
-        for (auto cell : g.cell) hash = hash * 1000003u + static_cast<std::uint64_t>(cell);
-        hash ^= hash >> 29;
-        letters.to_rank(static_cast<int>(hash % static_cast<std::uint64_t>(comm->nprocs)), g);
-      }
+      for (g.cell[2] = first[2]; g.cell[2] <= last[2]; g.cell[2]++) letters.to_cell(g.cell, g);
 }
 
 /* ----------------------------------------------------------------------
@@ -446,11 +436,6 @@ void DefeTiedSurfaces::let_go(const defe::ConversionPlan &plan)
 static int kept_size(int nodes)
 {
   return 3 + nodes + nodes * (nodes + 1) / 2;
-}
-
-void DefeTiedSurfaces::clear(int i)
-{
-  if (on_ && i < static_cast<int>(of.size())) of[i].reset();
 }
 
 int DefeTiedSurfaces::size(int i) const

@@ -26,9 +26,16 @@ namespace LAMMPS_NS {
 struct DefeTiedPair;
 struct HexRecord;
 
+/** A tie with the IDs of its elements and nodes. Plain data. */
+struct DefeKeptTie {
+  tagint a, b;
+  std::array<tagint, defe::Tie::most_nodes> node;
+  defe::Tie tie;
+};
+
 /** Surfaces that are glued (keyword tied; tied_surfaces.h): the ties are found once, with the mesh, and kept by the
     atom that has the element of the first part. Where none are asked for, nothing is kept. */
-class DefeTiedSurfaces : protected DefeComponent, public DefeField {
+class DefeTiedSurfaces : protected DefeComponent, public DefeSparseField<std::vector<DefeKeptTie>> {
  public:
   explicit DefeTiedSurfaces(DefeSystem &);
 
@@ -59,23 +66,14 @@ class DefeTiedSurfaces : protected DefeComponent, public DefeField {
 
   // ---- by atom ----
 
-  void clear(int i);
-  void grow(int n) override { of.resize(n); }
-  void move(int from, int to) override { of[to] = std::move(of[from]); }
   int size(int i) const override;
   int pack(int i, double *buf) const override;
   int unpack(int i, const double *buf) override;
   int most() const override;
 
  private:
-  /** A tie with the IDs of its elements and nodes. Plain data. */
-  struct Kept {
-    tagint a, b;
-    std::array<tagint, defe::Tie::most_nodes> node;
-    defe::Tie tie;
-  };
+  using Kept = DefeKeptTie;
   using List = std::vector<Kept>;
-  std::vector<std::unique_ptr<List>> of;
   bool on_ = false, told = false;
 
   defe::TiedSurfaces tables;

@@ -12,6 +12,8 @@
 #include "lammps.h"
 #include "lmptype.h"
 
+#include <cmath>
+#include <cstdint>
 #include <vector>
 
 namespace LAMMPS_NS::Rendezvous {
@@ -20,6 +22,22 @@ namespace LAMMPS_NS::Rendezvous {
 inline int rank_of(LAMMPS *lmp, tagint id)
 {
   return static_cast<int>(id % lmp->comm->nprocs);
+}
+
+/** Number of the cell that a coordinate lies in; `size` is the edge of cells, whose borders are off the planes of a
+    regular mesh. */
+inline std::int64_t cell_of(double x, double size)
+{
+  return static_cast<std::int64_t>(std::floor(x / size + 0.37));
+}
+
+/** The rank on which all that concerns one cell meets. */
+inline int rank_of(LAMMPS *lmp, const std::int64_t cell[3])
+{
+  std::uint64_t hash = 0;
+  for (int d = 0; d < 3; d++) hash = hash * 1000003u + static_cast<std::uint64_t>(cell[d]);
+  hash ^= hash >> 29;
+  return static_cast<int>(hash % static_cast<std::uint64_t>(lmp->comm->nprocs));
 }
 
 /** Send each datum (plain data) to its rank; returns what arrived here. Collective. */
@@ -45,6 +63,7 @@ template <class T> class Letters {
     proc.push_back(p);
   }
   void to_id(tagint id, const T &datum) { to_rank(rank_of(lmp, id), datum); }
+  void to_cell(const std::int64_t cell[3], const T &datum) { to_rank(rank_of(lmp, cell), datum); }
   /** Collective. */
   std::vector<T> send() { return route(lmp, data, proc); }
 
