@@ -21,6 +21,7 @@ template <class Constants, class Kernel> class FBarLaw : public MaterialLaw {
     return std::unique_ptr<MaterialLaw>(new FBarLaw(m, initial_shear));
   }
   const IsotropicElastic &elastic() const override { return initial; }
+  bool yields() const override { return Kernel::yields; }
   std::unique_ptr<HexKernel> make_kernel() const override { return std::make_unique<Kernel>(m); }
   double critical_step(const HexCoords &X) const override { return critical_step_fbar(X, initial); }
 

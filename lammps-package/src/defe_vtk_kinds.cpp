@@ -24,14 +24,6 @@
 using namespace LAMMPS_NS;
 using defe::VtkGrid;
 
-/** Whether a material yields. */
-static bool any_metal(const DefeModel &model)
-{
-  return std::any_of(model.materials.begin(), model.materials.end(), [](const DefeMaterial &m) {
-    return m.words.rfind("plastic ", 0) == 0 || m.words.rfind("johnson-cook ", 0) == 0;
-  });
-}
-
 /* ---------------------------------------------------------------------- */
 
 DefeVtkKind::DefeVtkKind(const std::string &name, LAMMPS *lmp, Fix *host) :
@@ -41,7 +33,11 @@ DefeVtkKind::DefeVtkKind(const std::string &name, LAMMPS *lmp, Fix *host) :
 
 void DefeVtkKind::choose(const std::vector<std::string> &names)
 {
-  const bool flaws = sys->strengths.on(), metals = any_metal(sys->model);
+  const auto &materials = sys->model.materials;
+  const bool flaws = sys->strengths.on();
+  const bool metals = std::any_of(materials.begin(), materials.end(), [](const DefeMaterial &m) {
+    return m.law->yields();
+  });
   const auto &all = fields();
   if (names.empty())
     for (size_t k = 0; k < all.size(); k++)

@@ -89,6 +89,7 @@ TEST(MaterialLaw, Mooney)
   EXPECT_NEAR(m.law->elastic().bulk(), 3.31e8, 10.0);
   EXPECT_EQ(m.law->elastic().rho, 1100.0);
   EXPECT_FALSE(m.law->linear());
+  EXPECT_FALSE(m.law->yields());
   const HexCoords brick = box(1e-3, 2e-3, 3e-3);
   EXPECT_FALSE(m.law->has_shape_kernel(brick));
   EXPECT_EQ(m.law->make_shape_kernel(brick), nullptr);
@@ -118,6 +119,7 @@ TEST(MaterialLaw, Plastic)
   ASSERT_TRUE(m.law) << m.complaint;
   EXPECT_EQ(m.used, 6);
   EXPECT_FALSE(m.law->linear());
+  EXPECT_TRUE(m.law->yields());
   EXPECT_NEAR(m.law->elastic().E, 210e9, 1.0);
   const auto kernel = m.law->make_kernel();
   EXPECT_EQ(kernel->history_size(), 8 * 13);

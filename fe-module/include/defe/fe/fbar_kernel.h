@@ -28,6 +28,7 @@ namespace defe::fe {
 /// they are reported as lost.
 class FBarKernel : public HexKernel {
  public:
+  static constexpr bool yields = false;    ///< MaterialLaw::yields()
   bool uses_reference() const override { return true; }
   double energy(const HexCoords &x, const HexCoords &X,
                 const double *history = nullptr) const override;

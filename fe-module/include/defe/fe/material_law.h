@@ -28,6 +28,9 @@ class MaterialLaw {
   /// No deformation and no kernels.
   virtual bool rigid() const { return false; }
 
+  /// Has plastic strain, see HexKernel::plastic_state().
+  virtual bool yields() const { return false; }
+
   /// Linear isotropic elasticity, up to what finite rotation needs: the law that discrete elements
   /// can go on with. Elements of any other law cannot be converted.
   virtual bool linear() const { return false; }

@@ -60,6 +60,7 @@ struct Plastic {
 /// Throws std::invalid_argument if the material is not valid.
 class PlasticKernel : public FBarKernel {
  public:
+  static constexpr bool yields = true;
   explicit PlasticKernel(const Plastic &material);
   void add_forces(int n, const int (*nodes)[8], const double *x, const double *X, double *f,
                   const Output &out) const override;
