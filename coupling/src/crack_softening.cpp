@@ -35,19 +35,6 @@ namespace {
     bool defined;
   };
 
-  /// The joints of a DE are nearly on a line now, whatever they were: within 10 degrees if there are two. What is left of the
-  /// rotation about that line is noise, and it turns over as they pass through.
-  bool on_a_line(const CrackEnd &end, unsigned use)
-  {
-    constexpr double limit = 0.001;    // as line_limit of de_rotation.cpp
-    Mat3 P = Mat3::Zero();
-    for (int s = 0; s < 6; ++s)
-      if (use >> s & 1u) P += end.y[s] * end.y[s].transpose();
-    const double trace = P.trace();
-    const Mat3 stiff = trace * Mat3::Identity() - P;
-    return !(stiff.determinant() > limit * 8.0 * trace * trace * trace);
-  }
-
   /// Of the joints that R was taken from: which, and whether they said how the DE has turned.
   constexpr unsigned joints_used = 0x3f, said_how = 0x40;
 
@@ -62,7 +49,7 @@ namespace {
     Frame frame;
     const auto turn_of = [](const CrackEnd &end, unsigned use) {
       DERotation turn = de_rotation(end, use & joints_used);
-      turn.defined = turn.defined && (use & said_how) != 0 && !on_a_line(end, use);
+      turn.defined = turn.defined && (use & said_how) != 0;
       return turn;
     };
     frame.end[0] = turn_of(near, use_near);

@@ -20,6 +20,10 @@ namespace {
   /// all others, and the time step too long.
   constexpr double line_limit = 0.015;
 
+  /// The same of the present vectors: 10 degrees for two. What is left of the rotation about the line is noise, and it turns over
+  /// as the joints pass through.
+  constexpr double line_limit_now = 0.001;
+
   struct Symmetric {
     Pack xx, yy, zz, xy, xz, yz;
 
@@ -30,6 +34,25 @@ namespace {
               xz * yz - xy * zz, xy * yz - xz * yy, xy * xz - xx * yz};
     }
     Pack determinant(const Symmetric &adj) const { return xx * adj.xx + xy * adj.xy + xz * adj.xz; }
+    Pack trace() const { return xx + yy + zz; }
+
+    void add_square(const Pack v[3])
+    {
+      xx += v[0] * v[0];
+      yy += v[1] * v[1];
+      zz += v[2] * v[2];
+      xy += v[0] * v[1];
+      xz += v[0] * v[2];
+      yz += v[1] * v[2];
+    }
+
+    /// Of a sum of squares of vectors: these are not nearly on a line.
+    Mask off_a_line(double limit) const
+    {
+      const Pack t = trace(), sum = 2.0 * t;
+      const Symmetric stiff{t - xx, t - yy, t - zz, -xy, -xz, -yz};
+      return stiff.determinant(stiff.adjugate()) > limit * sum * sum * sum;
+    }
   };
 
   /// Of some DEs, one per lane.
@@ -45,7 +68,7 @@ namespace {
           return value(end[l < n ? l : 0]);
         });
       };
-      Symmetric P{};    // sum dX dX^T
+      Symmetric P{}, now{};    // sum dX dX^T, sum y y^T
       for (auto &row : A)
         for (Pack &a : row) a = Pack{};
       for (int s = 0; s < 6; ++s) {
@@ -55,28 +78,22 @@ namespace {
             return e.present >> s & 1u ? e.dX[s][i] : 0.0;
           });
           y[i] = of([=](const CrackEnd &e) {
-            return e.y[s][i];
+            return e.present >> s & 1u ? e.y[s][i] : 0.0;
           });
         }
-        P.xx += X[0] * X[0];
-        P.yy += X[1] * X[1];
-        P.zz += X[2] * X[2];
-        P.xy += X[0] * X[1];
-        P.xz += X[0] * X[2];
-        P.yz += X[1] * X[2];
+        P.add_square(X);
+        now.add_square(y);
         for (int i = 0; i < 3; ++i)
           for (int k = 0; k < 3; ++k) A[i][k] += y[i] * X[k];
       }
-      const Pack trace = P.xx + P.yy + P.zz, sum = 2.0 * trace;
-      straight = trace /
+      straight = P.trace() /
           simd::sqrt(P.xx * P.xx + P.yy * P.yy + P.zz * P.zz +
                      2.0 * (P.xy * P.xy + P.xz * P.xz + P.yz * P.yz));
-      const Symmetric stiff{trace - P.xx, trace - P.yy, trace - P.zz, -P.xy, -P.xz, -P.yz};
       Pack square = Pack{};
       for (const auto &row : A)
         for (const Pack &a : row) square += a * a;
       size = simd::sqrt(square);
-      defined = (stiff.determinant(stiff.adjugate()) > line_limit * sum * sum * sum) & (size > 0.0);
+      defined = P.off_a_line(line_limit) & now.off_a_line(line_limit_now) & (size > 0.0);
       const Pack inverse = defined ? 1.0 / size : Pack{};
       for (int i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k) A[i][k] *= inverse;
