@@ -98,30 +98,19 @@ TEST(Split, WorkOfCracksThroughABar)
   }
 }
 
-// A beam that bends until it cracks, fragments that touch: on any ranks, and over a restart in between.
+// A beam that bends until it cracks, fragments that touch: on any ranks, and over a restart in between. Adaptive, and of
+// nothing but DEs.
 TEST(Split, SameOnAnyRanksAndOverARestart)
 {
-  for (int along : {1, 3}) {
-    SCOPED_TRACE(along);
-    Block beam = cracking_beam();
-    beam.convert += " " + split_of(along);
-    beam.options = "check yes";
-    beam.dt = along == 1 ? 5e-8 : 4e-8;
-    same_on_any_ranks_and_over_a_restart(beam, "split" + std::to_string(along), 260);
-  }
-}
-
-// From the start: nothing but DEs.
-TEST(Split, DEsOnlyOnAnyRanksAndOverARestart)
-{
-  for (int along : {1, 3}) {
-    SCOPED_TRACE(along);
-    Block beam = cracking_beam();
-    beam.convert += " start all " + split_of(along);
-    beam.options = "check yes";
-    beam.dt = along == 1 ? 5e-8 : 4e-8;
-    same_on_any_ranks_and_over_a_restart(beam, "all" + std::to_string(along), 260);
-  }
+  for (const auto &[name, start] : {std::pair("split", " "), {"all", " start all "}})
+    for (int along : {1, 3}) {
+      SCOPED_TRACE(name + std::to_string(along));
+      Block beam = cracking_beam();
+      beam.convert += start + split_of(along);
+      beam.options = "check yes";
+      beam.dt = along == 1 ? 5e-8 : 4e-8;
+      same_on_any_ranks_and_over_a_restart(beam, name + std::to_string(along), 260);
+    }
 }
 
 // With flaws, whose strengths travel with elements and DEs.

@@ -11,6 +11,21 @@ import defe  # noqa: E402
 from mesh import Mesh, turned  # noqa: E402
 
 
+class Nodes:
+    """Points of a mesh that is made piece by piece, those at one place once."""
+
+    def __init__(self):
+        self.points, self._numbers = [], {}
+
+    def number(self, p):
+        """Of the point at p, a new one if there is none."""
+        key = tuple(np.round(p, 9) + 0.0)
+        if key not in self._numbers:
+            self._numbers[key] = len(self.points)
+            self.points.append(p)
+        return self._numbers[key]
+
+
 class NotchedPlate:
     """A plate of elements of edge h, one through the thickness, and what is left of it beside the notch.
 

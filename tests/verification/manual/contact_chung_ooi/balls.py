@@ -1,6 +1,7 @@
 """Meshes of spheres: a bulged cube in the middle and six blocks around it, fine near both poles."""
 
 import numpy as np
+from plates import Nodes
 
 HALF, BULGE = 0.45, 0.35    # of the cube in the middle: its half edge, and how far its faces are bent towards a sphere
 
@@ -14,14 +15,7 @@ def graded(n, how):
 def sphere(n, layers, how):
     """Nodes and elements of a unit sphere: 2n elements along the edges of the cube in the middle, `layers` around it."""
     xy, z = graded(n, how), graded(n, 0.0)
-    points, index, elements = [], {}, []
-
-    def node(p):
-        key = tuple(np.round(p, 9) + 0.0)
-        if key not in index:
-            index[key] = len(points)
-            points.append(p)
-        return index[key]
+    nodes, elements = Nodes(), []
 
     def core(u):
         r, side = np.linalg.norm(u), np.abs(u).max()
@@ -38,7 +32,7 @@ def sphere(n, layers, how):
     for i in range(2 * n + 1):
         for j in range(2 * n + 1):
             for k in range(2 * n + 1):
-                grid[i, j, k] = node(core(np.array([xy[i], xy[j], z[k]])))
+                grid[i, j, k] = nodes.number(core(np.array([xy[i], xy[j], z[k]])))
     for i in range(2 * n):
         for j in range(2 * n):
             for k in range(2 * n):
@@ -54,13 +48,13 @@ def sphere(n, layers, how):
                     u = np.empty(3)
                     u[d], u[e], u[f] = side, axis[e][i], axis[f][j]
                     for m in range(layers + 1):
-                        skin[i, j, m] = node(shell(u, height[m]))
+                        skin[i, j, m] = nodes.number(shell(u, height[m]))
             for i in range(2 * n):
                 for j in range(2 * n):
                     for m in range(layers):
                         h = [skin[i + a, j + b, m + c] for a, b, c in corners]
                         elements.append(h if side > 0.0 else h[4:] + h[:4])
-    return np.array(points), np.array(elements)
+    return np.array(nodes.points), np.array(elements)
 
 
 def write_pair(file, radius, unit, gap, turn):

@@ -2,7 +2,7 @@
 
 import numpy as np
 from manual import Accept, plt
-from plates import stable_step
+from plates import Nodes, stable_step
 
 TITLE = "Taylor's bar: a copper cylinder against a rigid wall"
 KAMOULAKOS = "Kamoulakos (1990) and many others since: 227 m/s, 80 us"
@@ -20,14 +20,7 @@ ACCEPTANCE = [
 def disc(n):
     """Nodes and quadrilaterals of a unit disc: a bulged square of 2n x 2n, and n rings around it."""
     half, bulge = 0.55, 0.25
-    points, index, quads = [], {}, []
-
-    def node(p):
-        key = tuple(np.round(p, 9) + 0.0)
-        if key not in index:
-            index[key] = len(points)
-            points.append(p)
-        return index[key]
+    nodes, quads = Nodes(), []
 
     def core(a, b):
         """The square, its sides bent towards the circle."""
@@ -38,7 +31,7 @@ def disc(n):
     t = np.linspace(-1.0, 1.0, 2 * n + 1)
     for i in range(2 * n):
         for j in range(2 * n):
-            quads.append([node(core(t[i + k], t[j + m])) for k, m in ((0, 0), (1, 0), (1, 1), (0, 1))])
+            quads.append([nodes.number(core(t[i + k], t[j + m])) for k, m in ((0, 0), (1, 0), (1, 1), (0, 1))])
     ring = [(x, -1.0) for x in t[:-1]] + [(1.0, y) for y in t[:-1]] + [(-x, 1.0) for x in t[:-1]] + [(-1.0, -y) for y in t[:-1]]
 
     def outside(k, s):
@@ -49,8 +42,8 @@ def disc(n):
     s = np.linspace(0.0, 1.0, n + 1)
     for k in range(len(ring)):
         for m in range(n):
-            quads.append([node(outside(k + i, s[m + j])) for i, j in ((0, 0), (0, 1), (1, 1), (1, 0))])
-    return np.array(points), np.array(quads)
+            quads.append([nodes.number(outside(k + i, s[m + j])) for i, j in ((0, 0), (0, 1), (1, 1), (1, 0))])
+    return np.array(nodes.points), np.array(quads)
 
 
 class Cylinder:
