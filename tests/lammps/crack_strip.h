@@ -382,7 +382,7 @@ inline void report(const std::string &name, const CrackPath &r)
 
 /// What the law promises.
 inline CrackPath expect_straight(const std::string &name, const CrackStrip &strip,
-                                 double area = 0.08, double energy = 0.1)
+                                 double area = 0.07, double energy = 0.1)
 {
   const CrackPath r = crack_of(strip, MPI_COMM_SELF);
   report(name, r);
