@@ -411,25 +411,6 @@ CrackGrowth::Front CrackGrowth::front(const CrackLattice &lattice, const CrackRi
   return {m.dot(old) < 0.0 ? Vec3(-m) : m, m.dot(S * m)};
 }
 
-/// On which side of a crack with normal m the cut joints of a DE say that it is: 1, -1; 0 if none does, or both.
-int CrackGrowth::side(const CrackLattice &lattice, int de, const Vec3 &m) const
-{
-  int found = 0;
-  for (int s = 0; s < 6; ++s) {
-    const int joint = 6 * de + s;
-    if (lattice.partner[de][s] < 0 || !lattice.cut(joint)) continue;
-    const int lower = lattice.lower_end(joint);
-    const auto crack = cracks.find(lower);
-    if (crack == cracks.end()) continue;
-    const double along = m.dot(Vec3(crack->second.memory.m));
-    if (std::abs(along) < 0.5) continue;    // of a crack that crosses this one
-    const int here = (lower == joint) == (along > 0.0) ? -1 : 1;
-    if (found != 0 && here != found) return 0;
-    found = here;
-  }
-  return found;
-}
-
 void CrackGrowth::vote(const CrackLattice &lattice, const CrackRing &ring,
                        const CrackGrowthParameters &par)
 {
@@ -449,18 +430,12 @@ void CrackGrowth::vote(const CrackLattice &lattice, const CrackRing &ring,
     fires = fires || (h && m.dot(h->S * m) >= 1.0 && tension >= par.pull * h->limit);
   }
   if (!fires) return;
-  const auto height = [&](int de,
-                          double over_plane) {    // the plane passes those beyond it closely
-    const int known = side(lattice, de, m);
-    return known * over_plane < 0.0 ? -1e-9 * over_plane : over_plane;
-  };
   bool goes_on = false;
   for (int k = 0; k < ring.size; ++k) {
     const int joint = lattice.lower_end(ring.joint[k]);
     if (lattice.cut(joint)) continue;
-    const double here = m.dot(Vec3(lattice.X[joint / 6]) - p);
-    const double below = height(joint / 6, here);
-    const double above = height(lattice.other_end(joint) / 6, here + m.dot(lattice.vector(joint)));
+    const double below = m.dot(Vec3(lattice.X[joint / 6]) - p);
+    const double above = below + m.dot(lattice.vector(joint));
     goes_on = goes_on || (below < 0.0) != (above < 0.0);
     if (joint / 6 >= lattice.owned) continue;
     const Ids a = ids(lattice, joint), c = ids(lattice, cut);

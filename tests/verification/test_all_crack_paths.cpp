@@ -30,7 +30,9 @@ const Orientation orientations[] = {{"0", turned(0), 10.0},
                                     {"22.5, 22.5", turned(22.5, 22.5), 20.0},
                                     {"[111]", with_along_y({1, 1, 1}), 20.0}};
 
-void all_straight(bool adaptive, double G_f)
+/// Where the lattice is too coarse for G_f cracks are a little rough. At 45 degrees rounding decides which way they take
+/// (energy 1.01 or 1.09 G_f), so that bounds leave room.
+void all_straight(bool adaptive, double G_f, double area, double energy)
 {
   int converted = 0, holding = 0;
   for (double moved : {0.0, 0.15})
@@ -41,8 +43,8 @@ void all_straight(bool adaptive, double G_f)
       strip.adaptive = adaptive;
       strip.G_f = G_f;
       strip.moved = moved;
-      const CrackPath r =
-          expect_straight(std::string(o.name) + (moved > 0.0 ? ", nodes moved" : ""), strip);
+      const CrackPath r = expect_straight(
+          std::string(o.name) + (moved > 0.0 ? ", nodes moved" : ""), strip, area, energy);
       converted += r.converted;
       holding += r.holding;
     }
@@ -53,20 +55,20 @@ void all_straight(bool adaptive, double G_f)
 
 TEST(AllCrackPaths, DiscreteElementsStrengthControlled)
 {
-  all_straight(false, 10.0);
+  all_straight(false, 10.0, 0.1, 0.15);
 }
 
 TEST(AllCrackPaths, DiscreteElementsToughnessControlled)
 {
-  all_straight(false, 50.0);
+  all_straight(false, 50.0, 0.1, 0.1);
 }
 
 TEST(AllCrackPaths, ElementsThatConvertStrengthControlled)
 {
-  all_straight(true, 10.0);
+  all_straight(true, 10.0, 0.12, 0.17);
 }
 
 TEST(AllCrackPaths, ElementsThatConvertToughnessControlled)
 {
-  all_straight(true, 50.0);
+  all_straight(true, 50.0, 0.1, 0.1);
 }

@@ -14,9 +14,7 @@
 /// m_q = largest principal direction of S_q + memory s_1 m m^T: the crack's next normal, which in an
 /// equibiaxial field is the old one. Once m_q . S_j m_q reaches sigma_t at any intact joint j of the ring (S_j: corners
 /// on both sides that share the joint), and m_q . S_q m_q `pull` sigma_t, the front moves: the joints whose DEs lie on
-/// either side of the plane through p with normal m_q open. Fronts that meet at a joint add up their planes. A DE that
-/// has cut joints of this crack (normals within 60 degrees) already is on one side of it, and stays there, whatever the plane
-/// of another ring says: the crack passes it closely. So no layer of DEs is cut off from both halves.
+/// either side of the plane through p with normal m_q open. Fronts that meet at a joint add up their planes.
 /// (The mean tension around a front that runs is 0.4 to 0.5 sigma_t, at least 0.22. In glass that is crushed under a ball
 /// single joints are torn while the plane as a whole is pressed with 100 MPa: without `pull` cracks went on there, too.)
 ///
@@ -49,7 +47,7 @@
 ///
 /// Differences from the law's first form (prototypes): a nucleus competes only with joints that could
 /// open themselves (else a joint that is loaded more but badly aligned keeps its neighbours shut);
-/// rings of any size; DEs keep their side of a crack; memory 1 in place of 0.3, at which fronts in a strip of DEs between finite elements, two DEs wide
+/// rings of any size; memory 1 in place of 0.3, at which fronts in a strip of DEs between finite elements, two DEs wide
 /// and so with little to average over, turned by 90 degrees where the stress along the crack is the larger one;
 /// directions of nuclei in exactly equibiaxial tension come from the hash, not from rounding or the mesh.
 ///
@@ -217,7 +215,6 @@ class CrackGrowth {
   Vec3 crack_point(const CrackLattice &, int joint) const;
   Vec3 normal(int joint) const { return Vec3(cracks.at(joint).memory.m); }
   Front front(const CrackLattice &, const CrackRing &, const Vec3 &old, double memory) const;
-  int side(const CrackLattice &, int de, const Vec3 &m) const;
   void vote(const CrackLattice &, const CrackRing &, const CrackGrowthParameters &);
   void ligament(const CrackLattice &, const CrackRing &, std::vector<CrackStart> &) const;
   void count_votes(const CrackLattice &, const CrackStrength &, std::vector<CrackStart> &);
