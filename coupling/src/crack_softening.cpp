@@ -299,15 +299,16 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
   const Vec3 m(joint.m), before(joint.e);
   const Vec3 at = R.transpose() * y;
   Vec3 e = Vec3(joint.offset) + at;
+  const Vec3 moved = e - before;
   const Projected p = projected(geometry, m);
   const double k_c = joint_stiffness(moduli.lambda, moduli.mu, p.length).k_c;
 
-  double t_m = 0.0, held_back = 0.0;
+  double t_m = 0.0, new_end = 0.0;    // work of half of the increment, by the pull of now
   Vec3 t_p = Vec3::Zero();
   if (!joint.broken) {
-    const double e_m = before.dot(m), de_m = e.dot(m) - e_m;
+    const double e_m = before.dot(m), de_m = moved.dot(m);
     CohesiveState state{e_m, before - e_m * m, joint.s0, joint.kappa};
-    const Vec3 de_p = (e - before) - de_m * m;
+    const Vec3 de_p = moved - de_m * m;
     const CohesiveResult r =
         cohesive_update(state, de_m, de_p, {joint.k_m, k_c, joint.k_p}, oblique(par, geometry, m));
     const SofteningCurve &curve = softening_curve(par.softening);
@@ -321,7 +322,7 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
     out.damage = r.damage;
     out.newly_broken = r.broken;
     joint.broken = r.broken;
-    joint.stored = held_back = p.area * r.stored;
+    joint.stored = p.area * r.stored;
     t_m = r.t_n;
     t_p = r.t_s;
     if (r.broken) {
@@ -337,12 +338,18 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
     t_p = limit > 0.0 ? Vec3(joint.k_p * (e - e.dot(m) * m)) : Vec3(Vec3::Zero());
     joint.stored = 0.5 * p.area * (k_c * closing * closing + t_p.squaredNorm() / joint.k_p);
     out.damage = 1.0;
-    if (out.newly_broken) out.excess -= joint.stored - held_back;
+    new_end = 0.5 * p.area * (t_m * m + t_p).dot(moved);
+    if (out.newly_broken) {    // the plane pushes on, where a joint of cohesive.h would be gone
+      out.work_new = new_end;
+      out.excess += new_end - joint.stored;
+    }
   }
   for (int k = 0; k < 3; ++k) joint.e[k] = e[k];
   out.separated = joint.broken && (at - geometry.d).norm() > 0.2 * geometry.d.norm();
   if (out.separated) {
-    out.excess += joint.stored;    // of a closed plane that slid away: nobody takes it over
+    out.excess +=
+        joint.stored - new_end;    // of a closed plane that slid away: nobody takes it over
+    out.work_new = 0.0;
     joint.stored = 0.0;
     return out;
   }

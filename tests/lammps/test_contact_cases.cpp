@@ -426,7 +426,8 @@ TEST(Conversions, UnderABall)
                                               {0.05, 40.0, 15, "lattice", 2.5e-8},
                                               {0.1, 60.0, 40, "lattice", 2.5e-8},
                                               {0.2, 40.0, 20, "", 2.5e-8},
-                                              {0.05, 40.0, 20, "", 2.5e-8}}) {
+                                              {0.05, 40.0, 20, "", 2.5e-8},
+                                              {0.2, 40.01, 20, "", 1.25e-8}}) {
     SCOPED_TRACE(std::to_string(fs) + law);
     Lammps lmp;
     ball_on_bar(fs, v, dt, law).start(lmp);
