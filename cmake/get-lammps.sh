@@ -57,15 +57,18 @@ options=(
 for p in "${packages[@]}"; do options+=(-D "PKG_$p=ON"); done
 
 cache=${DEFE_CACHE_DIR:-${XDG_CACHE_HOME:-$HOME/.cache}/defe}
-{ mkdir -p "$cache" && : >>"$cache/lock"; } 2>/dev/null ||
+# One lock for each release, and for all trees of one's own: builds of different ones do not wait for each other.
+lock=lammps-$release.lock
+if [[ -n $source_dir ]]; then lock=lammps-own.lock; fi
+{ mkdir -p "$cache" && : >>"$cache/$lock"; } 2>/dev/null ||
   die "no right to write into the folder $cache, where LAMMPS is kept: make it writable, or name another one in DEFE_CACHE_DIR"
 cache=$(cd "$cache" && pwd)
 
 # Two configures at the same time: the second waits and then finds the build.
 if command -v flock >/dev/null; then
-  exec 9>"$cache/lock"
+  exec 9>"$cache/$lock"
   if ! flock -n 9; then
-    say 'waiting for another build of LAMMPS'
+    say "waiting for another build of LAMMPS (${lock%.lock})"
     flock 9
   fi
 fi

@@ -49,4 +49,16 @@ chmod +x "$fake/cmake"
 export PATH=$fake:$PATH
 DEFE_CACHE_DIR=$work/cache bash "$project/cmake/get-lammps.sh" --result "$work/result" --cxx "$compiler" --mpi-id none >/dev/null 2>&1 || true
 expect "the cached build of LAMMPS is broken (no lmp): delete the folder $work/cache/lammps-4Feb2025-" lammps
+
+# a build of another release is not waited for, one of the same is
+if command -v flock >/dev/null; then
+  exec 8>"$work/cache/lammps-4Jul2026.lock"
+  flock 8
+  expect "the cached build of LAMMPS is broken (no lmp)" timeout 30 env "DEFE_CACHE_DIR=$work/cache" \
+    bash "$project/cmake/get-lammps.sh" --result "$work/result" --cxx "$compiler" --mpi-id none
+  exec 8>"$work/cache/lammps-4Feb2025.lock"
+  flock 8
+  expect 'waiting for another build of LAMMPS (lammps-4Feb2025)' timeout 2 env "DEFE_CACHE_DIR=$work/cache" \
+    bash "$project/cmake/get-lammps.sh" --result "$work/result" --cxx "$compiler" --mpi-id none
+fi
 exit $((failures > 0))
