@@ -27,6 +27,7 @@
 
 using namespace LAMMPS_NS;
 using defe::Tie;
+using defe::Vec3;
 using defe::fe::HexCoords;
 using Rendezvous::cell_of;
 using Rendezvous::Letters;
@@ -37,7 +38,7 @@ static constexpr double LOOK_AROUND =
 /** A face in one of the cells that it may meet others in. Plain data. */
 struct DefeTiedSurfaces::Guest {
   std::int64_t cell[3];
-  int pair, side;
+  int pair, side, image;
   tagint id, node[8];
   double lo[3], hi[3];    // of the face, and as far around it as it looks
   double X[24], frequency;
@@ -53,6 +54,17 @@ struct DefeTiedSurfaces::Box {
       hi[d] = MAX(hi[d], x[d]);
     }
   }
+  Box changed(const Vec3 &low, const Vec3 &high) const
+  {
+    Box box;
+    for (int d = 0; d < 3; d++) {
+      box.lo[d] = lo[d] + low[d];
+      box.hi[d] = hi[d] + high[d];
+    }
+    return box;
+  }
+  Box moved(const Vec3 &by) const { return changed(by, by); }
+  Box wider(double by) const { return changed(Vec3::Constant(-by), Vec3::Constant(by)); }
   bool meets(const double *other_lo, const double *other_hi) const
   {
     for (int d = 0; d < 3; d++)
@@ -132,6 +144,32 @@ std::vector<DefeTiedSurfaces::Box> DefeTiedSurfaces::boxes() const
 }
 
 /* ----------------------------------------------------------------------
+   from the box to itself and to its images in periodic directions; with each one its opposite
+------------------------------------------------------------------------- */
+
+std::vector<Vec3> DefeTiedSurfaces::box_vectors() const
+{
+  std::vector<Vec3> all = {Vec3::Zero()};
+  for (int d = 0; d < 3; d++) {
+    const size_t n = all.size();
+    for (size_t m = 0; m < n && domain->periodicity[d]; m++)
+      for (double sign : {-1.0, 1.0}) all.push_back(all[m] + sign * domain->prd[d] * Vec3::Unit(d));
+  }
+  return all;
+}
+
+std::vector<int> DefeTiedSurfaces::images_near(const Box &box, const Box &other,
+                                               const std::vector<Vec3> &vectors)
+{
+  std::vector<int> near;
+  for (size_t m = 0; m < vectors.size(); m++) {
+    const Box there = box.moved(vectors[m]);
+    if (other.meets(there.lo, there.hi)) near.push_back(static_cast<int>(m));
+  }
+  return near;
+}
+
+/* ----------------------------------------------------------------------
    faces near the other part of their pair, in all cells that they reach into
 ------------------------------------------------------------------------- */
 
@@ -139,6 +177,7 @@ std::vector<DefeTiedSurfaces::Guest> DefeTiedSurfaces::guests(const std::vector<
                                                               double size) const
 {
   Letters<Guest> letters(lmp);
+  const auto vectors = box_vectors();
   for (const auto &one : shown) {
     const auto &law = *sys.model.material_of(sys.model.parts[one.part]).law;
     double frequency = -1.0;
@@ -146,7 +185,7 @@ std::vector<DefeTiedSurfaces::Guest> DefeTiedSurfaces::guests(const std::vector<
       if (!(one.faces & (1 << f))) continue;
       Box box;
       for (int a : defe::fe::hex_face[f]) box.add(one.X.col(a).data());
-      const double diagonal = (defe::Vec3(box.hi) - defe::Vec3(box.lo)).norm();
+      const double diagonal = (Vec3(box.hi) - Vec3(box.lo)).norm();
       for (size_t k = 0; k < sys.model.tied.size(); k++) {
         const auto &pair = sys.model.tied[k];
         if (one.part != pair.a && one.part != pair.b) continue;
@@ -154,28 +193,32 @@ std::vector<DefeTiedSurfaces::Guest> DefeTiedSurfaces::guests(const std::vector<
         g.pair = static_cast<int>(k);
         g.side = one.part == pair.a ? 0 : 1;
         const double look = MAX(LOOK_AROUND * diagonal, 0.51 * pair.rule.distance);
-        for (int d = 0; d < 3; d++) {
-          g.lo[d] = box.lo[d] - look;
-          g.hi[d] = box.hi[d] + look;
-        }
-        if (!around[g.side ? pair.a : pair.b].meets(g.lo, g.hi)) continue;
+        const auto near = images_near(box.wider(look), around[g.side ? pair.a : pair.b], vectors);
+        if (near.empty()) continue;
         if (frequency < 0.0) frequency = 2.0 / law.critical_step(one.X);
         g.id = one.id;
         std::copy_n(one.node, 8, g.node);
-        std::copy_n(one.X.data(), 24, g.X);
         g.frequency = frequency;
         g.part = one.part;
         g.face = f;
         g.proc = comm->me;
         g.atom = one.atom;
-        send_to_cells(g, size, letters);
+        // over periodic borders the second part comes to the first one
+        for (int m : g.side ? near : std::vector<int>{0}) {
+          const Box there = box.moved(vectors[m]).wider(look);
+          std::copy_n(there.lo, 3, g.lo);
+          std::copy_n(there.hi, 3, g.hi);
+          Eigen::Map<HexCoords>(g.X) = one.X.colwise() + vectors[m];
+          g.image = m;
+          send_to_cells(g, size, letters);
+        }
       }
     }
   }
   auto here = letters.send();
   std::sort(here.begin(), here.end(), [](const Guest &p, const Guest &q) {
-    return std::tie(p.cell[0], p.cell[1], p.cell[2], p.pair, p.side, p.id, p.face) <
-        std::tie(q.cell[0], q.cell[1], q.cell[2], q.pair, q.side, q.id, q.face);
+    return std::tie(p.cell[0], p.cell[1], p.cell[2], p.pair, p.side, p.id, p.face, p.image) <
+        std::tie(q.cell[0], q.cell[1], q.cell[2], q.pair, q.side, q.id, q.face, q.image);
   });
   return here;
 }

@@ -92,6 +92,10 @@ class DefeTiedSurfaces : protected DefeComponent, public DefeSparseField<std::ve
   std::vector<Shown> shown;
 
   std::vector<Box> boxes() const;
+  std::vector<defe::Vec3> box_vectors() const;
+  /** Numbers of the vectors by which a box comes to the other one. */
+  static std::vector<int> images_near(const Box &, const Box &other,
+                                      const std::vector<defe::Vec3> &vectors);
   std::vector<Guest> guests(const std::vector<Box> &, double size) const;
   template <class Letters> void send_to_cells(Guest &, double size, Letters &) const;
   bool meet_here(const Guest &, const Guest &, double size) const;

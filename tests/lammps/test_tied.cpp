@@ -262,6 +262,87 @@ TEST(Tied, RestartsGoOn)
                 HasSubstr("surfaces are tied once, with the mesh"));
 }
 
+// Two blocks that meet across borders of a periodic box move as they do inside it, with contact and over a restart.
+// Nodes are wrapped when the mesh is read.
+TEST(Tied, AcrossPeriodicBorders)
+{
+  struct Case {
+    Vec3 low, high;    // where the blocks are, beside their places inside the box
+  };
+  const Vec3 box = Vec3::Constant(0.05);
+  const auto run = [&](const Vec3 &low, const Vec3 &high) {
+    MeshFile mesh;
+    mesh.add_block("low", 1, 2, 2, 2, L / 2, [&](const Vec3 &X) {
+      return Vec3(X + low);
+    });
+    mesh.add_block("high", 1, 3, 3, 3, L / 3, [&](const Vec3 &X) {
+      return Vec3(X + Vec3(0.0, 0.0, L) + high);
+    });
+    mesh.write("periodic.data");
+    const std::string options = "check yes contact 0.2 tied low high";
+    std::string text = before_mesh(options);
+    text.replace(text.find("f f f"), 5, "p p p");
+    Lammps lmp;
+    lmp.commands(text + read_mesh("periodic.data") + motion);
+    lmp.command("compute pieces all defe/fragment/atom");
+    lmp.change([](Particle &p) {
+      p.v = Vec3(10.0, 20.0, -10.0) + 0.5 * random_of(p.tag, 7);
+    });
+    lmp.run(0);
+    const double before = lmp.fe(TOTAL);
+    lmp.run(150);
+    lmp.command("write_restart periodic.restart");
+    lmp.run(150);
+    EXPECT_EQ(lmp.value("c_pieces[1]"), 1.0);
+    EXPECT_NEAR(lmp.fe(TOTAL), before, 1e-3 * before);
+    const auto end = lmp.particles();
+    Lammps again;
+    again.commands(script_head("p p p") +
+                   "read_restart periodic.restart\npair_style zero 0.002\npair_coeff * *\n" +
+                   fix_of(options) + motion);
+    again.run(150);
+    EXPECT_LT(difference(again.particles(), end, &Particle::v), 1e-8);
+    return end;
+  };
+  const auto inside = run(Vec3::Zero(), Vec3::Zero());
+  const Vec3 border(0.027, -0.022, 0.024);    // of the box: -0.02 to 0.03
+  for (const Case &c :
+       {Case{border, border}, Case{{0.0, 0.0, 0.024}, {0.0, 0.0, 0.024 - box[2]}},
+        Case{{0.027, -0.022, 0.024}, {0.027 - box[0], -0.022 + box[1], 0.024 - box[2]}},
+        Case{{0.027 - box[0], 0.0, 0.0}, {0.027, 0.0, 0.0}}}) {
+    SCOPED_TRACE(number(c.high[0]) + " " + number(c.high[1]) + " " + number(c.high[2]));
+    EXPECT_LT(difference(run(c.low, c.high), inside, &Particle::v), 1e-7);
+  }
+}
+
+// Layers that fill a periodic box are tied on both sides.
+TEST(Tied, LayersThatFillAPeriodicBox)
+{
+  const double h = L / 5;
+  std::string text = script_head("p p p") + "region box block 0 " + number(L) + " 0 " + number(L) +
+      " 0 " + number(L) + "\ncreate_box 2 box\npair_style zero 0.001\npair_coeff * *\n" +
+      fix_of("tied low high check yes");
+  text += "create_hexes fe low 1 x 0 5 " + number(L) + " y 0 5 " + number(L) + " z 0 3 " +
+      number(3 * h) + "\ncreate_hexes fe high 1 x 0 7 " + number(L) + " y 0 7 " + number(L) +
+      " z " + number(3 * h) + " 3 " + number(L) + "\n" + motion;
+  Lammps lmp;
+  lmp.commands(text);
+  lmp.run(0);
+  // one layer is moved up as a whole, by what a traction p takes
+  const double p = 1e6, lambda = E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)),
+               mu = 0.5 * E / (1.0 + nu);
+  const double k = 2.0 * stiffness * (lambda + 2.0 * mu) / (h + 2.0 * h / 3.0);
+  constexpr tagint lower = 6 * 6 * 4;
+  lmp.change([&](Particle &q) {
+    if (q.tag <= lower) q.x[2] += p / k;
+  });
+  lmp.run(0);
+  double up = 0.0;
+  for (const auto &q : lmp.particles())
+    if (q.first <= lower) up += q.second.f[2];
+  EXPECT_NEAR(up, -2.0 * p * L * L, 1e-9 * p * L * L);    // pulled back on both sides
+}
+
 namespace {
 
 /// Deflection of a cantilever of two halves under a force at its end, by that of beam theory. mesh: makes
