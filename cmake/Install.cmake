@@ -2,7 +2,7 @@
 #
 #   <libdir>/lammps/plugins/       the plugin, for LAMMPS_PLUGIN_PATH
 #   <libdir>/defeplugin.so         a link to it: below /usr, `plugin load defeplugin.so` then needs no path
-#   <bindir>/                      mesh2data, layers2data, defe-config
+#   <bindir>/                      mesh2data, layers2data, elements2stl, defe-config
 #   <datadir>/defe/                tools/, python/ and examples/, which run from a copy in the user's folder
 #   <docdir>                       pages
 #   <includedir>, <libdir>         defe_fe, defe_coupling
@@ -28,7 +28,7 @@ install(DIRECTORY "${PROJECT_BINARY_DIR}/python/lammps" DESTINATION "${data}/pyt
 # --- tools and examples -----------------------------------------------------
 
 file(RELATIVE_PATH to_data "/${CMAKE_INSTALL_BINDIR}" "/${data}")
-foreach(tool mesh2data layers2data)
+foreach(tool mesh2data layers2data elements2stl)
   file(CREATE_LINK "${to_data}/tools/${tool}" "${generated}/bin/${tool}" SYMBOLIC)
   install(FILES "${generated}/bin/${tool}" DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT tools)
 endforeach()

@@ -55,6 +55,7 @@ user/bar || fail 'the installed libraries calculate something else'
 layers2data two.data --layer lower 0.002 2 1 --layer upper 0.002 2 1 --x 0 2 0.004 --z 0 2 0.004 >/dev/null
 [[ -s two.data ]] || fail 'layers2data writes nothing'
 grep -q Gmsh <<<"$(mesh2data --help)" || fail 'mesh2data does not run'
+grep -q '^elements2stl: ' <<<"$(elements2stl of_no_run 2>&1)" || fail 'elements2stl does not run'
 if [[ -n ${DEFE_PYTHON:-} ]]; then
   "$DEFE_PYTHON" -c 'import defe; print(defe.host.plugin_path())' | grep -qF "$prefix" || fail 'Python does not find the package defe, or the plugin'
   "$DEFE_PYTHON" -c 'import defe; print(defe.start("-screen", "none", "-log", "none").has_style("pair", "defe/joint"))' >start.txt 2>&1 || :

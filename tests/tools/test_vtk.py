@@ -139,7 +139,7 @@ class Vtk(unittest.TestCase):
 
     def test_outer_faces_for_ovito(self):
         def run(base):
-            return subprocess.run([sys.executable, str(SOURCE / "tools/elements2stl"), base], cwd=self.folder,
+            return subprocess.run([str(SOURCE / "tools/elements2stl"), base], cwd=self.folder,
                                   stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
         done = run("beam")
