@@ -6,6 +6,7 @@ analyse.py FOLDER     force.N.txt and flaws.N.dump of the specimens
 
 import json
 import math
+import os
 import sys
 from pathlib import Path
 
@@ -94,6 +95,9 @@ def main(folder):
         f"{k} {1e-6 * v:.4f} {1e-6 * flaws[k]:.4f}\n" for k, v in strengths.items()))
     plot(folder / "strength.png", sample, shape, scale, expected, np.percentile(draws, [5, 95], axis=0))
     print(json.dumps(s, indent=1))
+    made = [name for name in ("summary.json", "strengths.txt", "strength.png", "beam.png") if (folder / name).exists()]
+    print(f"\n{n} specimens broken at {s['least_MPa']:.0f} to {s['most_MPa']:.0f} MPa, mean {s['mean_MPa']:.1f} MPa; "
+          f"{', '.join(made)} in {os.path.relpath(folder)}")
 
 
 def plot(path, sample, shape, scale, expected, band):

@@ -32,6 +32,10 @@ def rod_of(frame):
     return np.column_stack([frame[f"c_strain[{k}]"][own] for k in (2, 3, 4)]), frame["c_strain[5]"][own]
 
 
+def ids_of_rod(frame):
+    return frame["c_strain[7]"][frame["c_strain[1]"] == ROD]
+
+
 def measure(folder):
     log = defe.read_log(folder / "log.lammps")
     energies = defe.read_table(folder / "energies.txt")
@@ -57,22 +61,36 @@ def measure(folder):
     return s, energies, events, frames
 
 
+def corners(centres):
+    """Corners (n + 1, m + 1) of a grid of quadrangles with these centres (n, m): means of four, beyond the rim as inside it."""
+    wide = np.pad(centres, 1, mode="reflect", reflect_type="odd")
+    return 0.25 * (wide[:-1, :-1] + wide[1:, :-1] + wide[:-1, 1:] + wide[1:, 1:])
+
+
 def draw_rod(path, frames, dt, title):
-    """The row of elements beside the rod's middle plane, coloured by plastic strain, at the times of the frames."""
+    """The layer of elements beside the rod's middle plane, coloured by plastic strain, at the times of the frames."""
     plt = plots.plotting()
     shown = frames[:4]
     figure, axes = plt.subplots(1, len(shown), figsize=(2.6 * len(shown), 5.2), sharex=True, sharey=True, squeeze=False, constrained_layout=True)
     axes = axes[0]
-    beside = 2.0 * np.min(abs(rod_of(frames[0])[0][:, 1]))    # one row of elements
+    start, ids = rod_of(frames[0])[0], ids_of_rod(frames[0])
+    layer = (start[:, 1] > 0.0) & (start[:, 1] < 2.0 * np.min(abs(start[:, 1])))
+    rows = len(set(np.round(start[layer, 2], 7)))
+    # IDs of the layer, row by row upwards; the order of entries in a dump is that of ranks
+    grid = ids[layer][np.lexsort((start[layer, 0], np.round(start[layer, 2], 7)))].reshape(rows, -1)
     most = max(float(rod_of(f)[1].max()) for f in shown) or 1.0
     for axis, frame in zip(axes, shown):
         x, strain = rod_of(frame)
-        middle = (x[:, 1] > 0.0) & (x[:, 1] < beside)
-        image = axis.scatter(1e3 * x[middle, 0], 1e3 * x[middle, 2], c=strain[middle], vmin=0.0, vmax=most, s=70, marker="s",
-                             cmap="inferno_r", edgecolors="#888888", linewidths=0.3)
+        ids = ids_of_rod(frame)
+        order = np.argsort(ids)
+        at = order[np.searchsorted(ids[order], grid)]
+        image = axis.pcolormesh(1e3 * corners(x[at, 0]), 1e3 * corners(x[at, 2]), strain[at], vmin=0.0, vmax=most,
+                                cmap="inferno_r", edgecolors="#888888", linewidth=0.4, antialiased=True, snap=False)
+        axis.use_sticky_edges = False
+        axis.margins(0.15, 0.03)
         axis.axhline(8.0, color="#6aa0c8")
         axis.set(title=f"{1e6 * dt * frame.step:.0f} us", xlabel="x (mm)", aspect="equal")
-    axes[0].set_ylabel("z (mm); line: face of the pane")
+    axes[0].set_ylabel("z (mm); line: face of the pane before the blow")
     figure.colorbar(image, ax=axes, label="plastic strain")
     figure.suptitle(title)
     figure.savefig(path, dpi=100)

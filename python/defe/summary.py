@@ -46,7 +46,8 @@ def report(log_file, title, lines):
     log_file.write_text(log_file.read_text().split("\n" + title)[0].rstrip() + "\n" + text)
 
 
-MADE = ("summary.json", "compare.json", "arch.png", "energies.png", "timeline.png", "force.png", "hail.png", "crack.png")
+MADE = ("summary.json", "compare.json", "arch.png", "energies.png", "timeline.png", "force.png", "hail.png",
+        "rod.png", "cells.png", "strength.png", "meshes.png", "crack.png")
 
 
 def closing_line(folder, summary):

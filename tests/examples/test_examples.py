@@ -53,6 +53,9 @@ class Example(unittest.TestCase):
         self.assertRegex(printed.strip().splitlines()[-1],
                          rf"^{summary['elements_converted']} elements converted, \d+ joints broken; loop time .* s on 1 rank\(s\); "
                          r"summary\.json, energies\.png, timeline\.png.* in .*output")
+        for picture in out.glob("*.png"):    # not the views of single steps, which crack.png shows
+            if "." not in picture.stem:
+                self.assertRegex(printed.strip().splitlines()[-1], rf"[ ,]{picture.name}\b")
         if whole_energy:
             self.assertLess(summary["energy_rise_percent"], 0.1)
         self.assertLessEqual(summary["energy_final_J"], summary["energy_max_J"])
@@ -146,6 +149,8 @@ class Example(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout[-3000:])
         s = json.loads((folder / "output/float/summary.json").read_text())
         self.assertEqual(s["specimens"], 6)
+        self.assertRegex(done.stdout.splitlines()[-1],
+                         r"^6 specimens broken at \d+ to \d+ MPa, .*summary\.json, strengths\.txt, strength\.png in output")
         self.assertTrue(60.0 < s["least_MPa"] < s["mean_MPa"] < s["most_MPa"] < 140.0, s)
         self.assertLess(s["kolmogorov"], 1.63)    # of all samples of this distribution 99 % are below
         self.assertAlmostEqual(s["over_drawn"], 1.0, delta=0.02)    # each breaks at its weakest element
