@@ -14,7 +14,8 @@ ParaView opens by File > Load State (or `paraview BASE.pvsm`), with all steps; a
     --up X Y Z       what is up in the picture (default 0 0 1)
     --size W H       of the pictures (default 1400 900)
 
-Works with the ParaView 5.11 of Debian 12 (packages paraview and python3-paraview) and newer ones."""
+Works with the ParaView 5.11 of Debian 12 (packages paraview and python3-paraview) and newer ones. On a machine without a
+screen, with the packages xvfb and xauth: xvfb-run -a -s "-noreset -screen 0 1280x1024x24" pvpython ..."""
 
 import argparse
 import os
@@ -72,6 +73,7 @@ def show_elements(source, view, stress):
     display.Representation = "Surface With Edges"
     display.EdgeColor = (0.45, 0.5, 0.55)
     display.DiffuseColor = (0.84, 0.9, 0.94)
+    display.Ambient, display.Diffuse = 0.35, 0.7    # faces that one looks at aslant keep their colour
     if not has(source, "CELLS", "s1"):
         return
     top = stress or max(source.CellData["s1"].GetRange()[1], 1.0)

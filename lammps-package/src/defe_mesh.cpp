@@ -124,13 +124,13 @@ bigint DefeMesh::last_hex_id() const
    once after the mesh was made or read
 ------------------------------------------------------------------------- */
 
-void DefeMesh::build()
+bool DefeMesh::build()
 {
   sys.store.end_reading();
   int mine = dirty ? 1 : 0, any = 0;
   MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
   sys.hexes_file.require_section();
-  if (!any) return;
+  if (!any) return false;
   dirty = false;
   sys.notes.mesh_made();
   sys.strengths.mesh_made();
@@ -152,6 +152,7 @@ void DefeMesh::build()
   for (auto *h : mesh.hex) h->kernel = -1;
 
   tell();
+  return true;
 }
 
 void DefeMesh::tell() const

@@ -39,9 +39,9 @@ class DefeMesh : protected DefeComponent {
   void changed() { dirty = true; }
   bigint last_hex_id() const;    // collective
 
-  /** Neighbours, masses and checks of new elements; collective, does nothing if there are none.
+  /** Neighbours, masses and checks of new elements; collective, does nothing and returns false if there are none.
       Pair styles call it in their init(), which comes before ours: they need the DEs' radii. */
-  void build();
+  bool build();
 
   double max_diagonal() const { return now.max_diagonal; }    // of elements and of their faces
   double max_facet() const { return now.max_facet; }

@@ -13,6 +13,7 @@
 
 #include "atom.h"
 #include "citeme.h"
+#include "compute.h"
 #include "domain.h"
 #include "error.h"
 #include "force.h"
@@ -121,7 +122,7 @@ int FixDefe::setmask()
 void FixDefe::init()
 {
   sys.checks.before_mesh();
-  sys.mesh.build();
+  if (sys.mesh.build()) init_computes_of_mass();
   sys.audit.account_for_deleted();
   sys.checks.after_mesh();
   sys.work.find_forced_groups();
@@ -135,6 +136,18 @@ void FixDefe::init()
   sys.energy_watch.prepare();
   sys.notes.say_all();
   sys.account.forget();
+}
+
+/* ----------------------------------------------------------------------
+   they take the mass of their group in init(), which comes before ours: without a pair style of DEFE the nodes had
+   none of their own then
+------------------------------------------------------------------------- */
+
+void FixDefe::init_computes_of_mass()
+{
+  for (auto *compute : modify->get_compute_list())
+    for (const char *style : {"com", "gyration", "msd"})
+      if (strcmp(compute->style, style) == 0) compute->init();
 }
 
 void FixDefe::setup_pre_exchange()

@@ -85,6 +85,7 @@ class FixDefe : public Fix {
   void check_commands(int narg);
   void set_flags();
   void check_rerun();
+  void init_computes_of_mass();
 };
 
 }    // namespace LAMMPS_NS

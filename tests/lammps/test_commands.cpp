@@ -138,6 +138,37 @@ TEST(Commands, ClocksGoBackOrJumpInTheMiddleOfACrack)
   }
 }
 
+// Computes that take the mass of their group before fix defe gives nodes theirs; with a pair style of DEFE and without.
+TEST(Commands, CentreOfMassInTheFirstRun)
+{
+  for (const std::string pair :
+       {"pair_style zero 0.002\npair_coeff * *\n",
+        "pair_style defe/joint\npair_coeff 2 2 connective 74e9 0.2 cohesive 6e7 10.0 0.1\n"}) {
+    SCOPED_TRACE(pair);
+    Lammps lmp;
+    lmp.commands(script_head() +
+                 "region box block -0.01 0.02 -0.01 0.01 -0.01 0.01\ncreate_box 2 box\n" + pair +
+                 "group particles empty\nfix fe all defe material glass elastic 74e9 0.2 2500 "
+                 "material lead elastic 16e9 0.44 11340\n"
+                 "create_hexes fe glass 1 x 0 2 0.004 y 0 1 0.002 z 0 1 0.002\n"
+                 "create_hexes fe lead 1 x 0.006 2 0.010 y 0 1 0.002 z 0 1 0.002\n"
+                 "group nodes type 1\nfix move nodes nve\ntimestep 5e-8\nneighbor 5e-4 bin\n"
+                 "compute centre nodes com\ncompute size nodes gyration\n");
+    lmp.run(0);
+    const double glass = 2500.0, lead = 11340.0, x = (2e-3 * glass + 8e-3 * lead) / (glass + lead);
+    EXPECT_NEAR(lmp.value("c_centre[1]"), x, 1e-15);
+    EXPECT_NEAR(lmp.value("c_centre[2]"), 1e-3, 1e-15);
+    // across 1 mm; along the masses of two elements at their ends and in the middle
+    double xx = 0.0;
+    for (int k = 0; k < 3; k++) {
+      const double share = k == 1 ? 0.5 : 0.25;
+      xx += share * (glass * std::pow(2e-3 * k - x, 2) + lead * std::pow(6e-3 + 2e-3 * k - x, 2));
+    }
+    EXPECT_NEAR(lmp.value("c_size[1]"), xx / (glass + lead), 1e-12 * xx / (glass + lead));
+    EXPECT_NEAR(lmp.value("c_size[2]"), 1e-6, 1e-15);
+  }
+}
+
 TEST(Commands, Clear)
 {
   const Outcome &whole = straight(100);
