@@ -72,6 +72,14 @@ fi
 if PATH=/usr/bin:/bin examples/run.sh glass_beam >none.txt 2>&1; then fail 'an example runs without defe-config'; fi
 grep -q 'no defe-config in PATH' none.txt || { cat none.txt; fail 'what is missing is not named'; }
 
+# a package for other machines has no link to the lmp of this one
+mv "$prefix/share/defe/lmp" here
+if PATH=$prefix/bin:/usr/bin:/bin defe-config --lmp >none.txt 2>&1 && ! [[ -x $(cat none.txt) ]]; then fail 'an lmp is named that is not there'; fi
+mkdir with_lmp
+ln -s "$lmp" with_lmp/lmp
+[[ $(PATH=$work/with_lmp:$PATH defe-config --lmp) == "$work/with_lmp/lmp" ]] || fail 'lmp in PATH is not found'
+mv here "$prefix/share/defe/lmp"
+
 # --- uninstall ---
 cmake --build "$build" --target uninstall >uninstall.log 2>&1 || { cat uninstall.log; exit 1; }
 left=$(cd "$prefix" && find . -not -type d -o -name defe -o -name DEFE -o -name lammps)
