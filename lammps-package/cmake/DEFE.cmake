@@ -5,6 +5,11 @@ if(CMAKE_CXX_STANDARD LESS 17)
 endif()
 find_package(Eigen3 3.3 NO_MODULE REQUIRED)
 
+if(NOT BUILD_MPI)
+  message(FATAL_ERROR "Package DEFE needs MPI, also for one rank: configure with -D BUILD_MPI=on "
+    "(LAMMPS' stand-in for MPI, src/STUBS, lacks what it calls)")
+endif()
+
 set(DEFE_LIB_DIR "${LAMMPS_LIB_SOURCE_DIR}/defe")
 file(GLOB DEFE_LIB_SOURCES CONFIGURE_DEPENDS ${DEFE_LIB_DIR}/fe-module/src/[^.]*.cpp ${DEFE_LIB_DIR}/coupling/src/[^.]*.cpp)
 add_library(defe STATIC ${DEFE_LIB_SOURCES})
@@ -16,9 +21,7 @@ target_precompile_headers(defe PRIVATE <Eigen/Dense> <algorithm> <cmath> <sstrea
 target_link_libraries(lammps PRIVATE defe)
 
 # for fix defe/vtk
-if(NOT BUILD_MPI)
-  set(DEFE_HDF5 OFF)
-elseif(MPI_CXX_LIBRARY_VERSION_STRING MATCHES "^MPICH")
+if(MPI_CXX_LIBRARY_VERSION_STRING MATCHES "^MPICH")
   set(DEFE_MPI_ID MPICH)
 endif()
 include("${DEFE_LIB_DIR}/Hdf5.cmake")
