@@ -2,10 +2,10 @@
 """What examples/tempered_pane/run.sh makes of a run: summary.json, energies.png, timeline.png, cells.png, crack.png, a table
 in log.lammps.
 
-analyse.py FOLDER     events.txt, energies.txt, pieces.dump, log.lammps, *.png of one run
+analyse.py FOLDER                    events.txt, energies.txt, pieces.dump, log.lammps, *.png of one run
+analyse.py --compare PLOT FOLDER...  cells and squares of some runs, analysed before, beside what is published
 """
 
-import re
 import sys
 from pathlib import Path
 
@@ -19,34 +19,45 @@ from defe import plots, summary
 ALLOWED_RISE = 0.5  # of the total energy, percent: there is no other than that of the stress
 THICKNESS = 8e-3
 LEAST = 4e-6  # m2: smaller cells are not counted
-CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])  # of the DEs of an element
+CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 E, NU = 72e9, 0.22
+PUBLISHED = {102: 79, 112: 100, 136: 193, 154: 207, 163: 215}  # MPa at the faces: fragments in 50 x 50 mm, means of 4 to 15 panes
 
 
-def speed_of_crack(events):
-    """m/s between a quarter and three quarters of the way that joints break away from the edge, or None."""
+def places_of(split):
+    """Of the DEs of an element, (split^3, 3) from 0: those at corners in the order of its nodes, then the others, along x first."""
+    corners = [tuple((split - 1) * c for c in corner) for corner in CORNERS] if split > 1 else []
+    others = [(x, y, z) for z in range(split) for y in range(split) for x in range(split)]
+    return np.array(corners + [place for place in others if place not in corners])
+
+
+def speed_of_crack(events, at, side):
+    """m/s between a quarter and three quarters of the way that joints break away from `at` (x, y), or None. An edge is
+    struck at x = 0, and a piece in its middle."""
     broken = events.of("broken")
     if not len(broken):
         return None
     order = np.argsort(broken.time, kind="stable")
-    time, reach = broken.time[order], np.maximum.accumulate(broken.x[order, 0])
+    away = broken.x[order, 0] if at[0] == 0 else np.hypot(*(broken.x[order, :2] - at).T)
+    time, reach = broken.time[order], np.maximum.accumulate(np.minimum(away, side - at[0]))
     low, high = (float(time[np.argmax(reach >= share * reach[-1])]) for share in (0.25, 0.75))
     return round(0.5 * float(reach[-1]) / (high - low), 0) if high > low else None
 
 
-def cut_at(events, n, through, layer):
-    """Joints that soften or are broken in one layer of DEs: places (along x, along y) of both DEs, (joints, 2, 2). n, through:
-    elements along an edge of the pane and through it."""
-    ids = events.of("cohesive", "broken").ids
+def cuts_of(cut, n, through, split):
+    """Of the joints of some events: places (along x, y, z) of both DEs, (joints, 2, 3), and the area of the crack that each
+    stands for, by that of its face, |a . m| (pair_style defe/joint). n, through: elements along an edge and through the pane."""
     nodes = (n + 1) ** 2 * (through + 1)  # IDs of DEs follow theirs, elements are numbered along x, then y, then z
-    element, corner = np.divmod(ids - 1 - nodes, 8)
-    place = 2 * np.stack([element % n, element // n % n, element // n**2], axis=-1) + CORNERS[corner]
-    here = np.all(place[:, :, 2] == layer, axis=1)
-    return place[here][:, :, :2]
+    element, k = np.divmod(cut.ids - 1 - nodes, split**3)
+    place = split * np.stack([element % n, element // n % n, element // n**2], axis=-1) + places_of(split)[k]
+    steps = np.abs(place[:, 1] - place[:, 0])
+    if not (steps.sum(axis=1) == 1).all():
+        sys.exit("events.txt has joints between DEs that are no neighbours: is it of this mesh?")
+    return place, np.abs((cut.n * steps).sum(axis=1))
 
 
 def cells_of(cut, size):
-    """Number of its cell for each of size x size DEs, (y, x), which cut joints divide."""
+    """Number of its cell for each of size x size DEs, (y, x), which cut joints (joints, 2, 2) divide."""
     parent = list(range(size * size))
 
     def root(k):
@@ -83,33 +94,53 @@ def main(folder):
     frame = defe.read_dump(folder / "pieces.dump")[-1]
     pieces = defe.fragments(frame["c_pieces"], frame["mass"])
     surface = log.value(r"Fix defe: prestress of part glass: parabola z 0 0\.008 surface -(\S+),", "the prestress")
-    dt = float(log.value(r"Elements of \S+ m, steps of (\S+) s,", "the time step"))
+    dt = float(log.value(r"Elements of \S+ m, split \d, steps of (\S+) s,", "the time step"))
     edge = float(log.value(r"Elements of (\S+) m,", "the size of elements"))
-    area = pieces.mass.sum() / (2500 * THICKNESS)
-    n, through = round(area**0.5 / edge), round(THICKNESS / edge)
-    cell = cells_of(cut_at(events, n, through, through), 2 * n)  # in the layer of DEs beside the middle plane
-    counted = np.bincount(cell.ravel()) * (0.5 * edge) ** 2 >= LEAST
+    split = int(log.value(r"Elements of \S+ m, split (\d),", "the number of DEs"))
+    G_f = float(log.value(r"Elements of .*, cracks take (\S+) J/m2", "the fracture energy"))
+    ring = int(log.value(r"Ring of elements that do not convert: (\d)", "the frame"))
+    whole = pieces.mass.sum() / (2500 * THICKNESS)
+    n, through = round(whole**0.5 / edge), round(THICKNESS / edge)
+    side, d = (n - 2 * ring) * edge, edge / split
+    area = side**2  # of what can crack
+    layer = split * through // 2  # of the DEs beside the middle plane
+
+    def cuts(kind, at):
+        """In one layer: places (along x, y) of both DEs, and the area of cracks by that of the pane if all layers had as much."""
+        place, share = cuts_of(events.of(kind), n, through, split)
+        inside = np.all(place[:, :, 2] == at, axis=1)
+        return place[inside][:, :, :2], d * share[inside].sum() * THICKNESS / area
+
+    def squares(cracked):
+        """In 50 x 50 mm, that straight cracks through the pane of this area would shut in."""
+        return 2.5e-3 * (0.5 * cracked / THICKNESS) ** 2
+
+    place, softening = cuts("cohesive", layer)  # and broken ones
+    broken = cuts("broken", layer)[1]
+    cell = cells_of(place - split * ring, split * (n - 2 * ring))
+    counted = np.bincount(cell.ravel()) * d**2 >= LEAST
+    faces = [cuts("cohesive", k)[1] for k in (0, split * through - 1)]
     took = (energies["fracture"][-1] + energies["released"][-1]) / area
-    # what is shut in by so much crack through the whole thickness, in squares
-    coarse = re.findall(r"^Joints of part glass .* a joint releases (\S+) per area", log.text, re.M)
-    per_joint = float((coarse or [log.value(r"Elements of .*, cracks take (\S+) J/m2", "the fracture energy")])[-1])
-    squares = 2.5e-3 * (0.5 * took / per_joint / THICKNESS) ** 2
+    middle = 0.5 * n * edge
     s = {
         "surface_MPa": round(1e-6 * float(surface), 3),
         "area_mm2": round(1e6 * area, 1),
         "stored_per_area_J_m2": round((1 - NU) / E * float(surface) ** 2 * THICKNESS / 5, 2),
+        "at_rest_per_area_J_m2": round(float(log.value(r"Energy of the pane at rest: (\S+) J", "the energy at rest")) / whole, 2),
         "at_rest_J": float(log.value(r"Energy of the pane at rest: (\S+) J", "the energy at rest")),
         "first_damage_us": laminate.us(events.first("cohesive", "broken")),
-        "crack_speed_m_s": speed_of_crack(events),
+        "crack_speed_m_s": speed_of_crack(events, (middle if ring else 0.0, middle), n * edge),
         "elements_converted": len(events.of("convert")),
         "joints_broken": len(events.of("broken")),
         "pieces": len(pieces),
         "single_DEs": int(pieces.single.sum()),
         "pieces_of_the_middle": int(counted.sum()),
         "pieces_of_the_middle_in_50_x_50_mm": round(int(counted.sum()) * 2.5e-3 / area, 1),
-        "squares_in_50_x_50_mm": round(squares, 1),
+        "squares_in_50_x_50_mm": round(squares(broken), 1),
+        "squares_of_softening_joints_too": round(squares(softening), 1),
         "fracture_J_m2": round(took, 2),
-        "crack_area_by_pane_area": round(took / per_joint, 3),
+        "crack_area_by_pane_area": round(float(energies["fracture"][-1]) / (G_f * area), 3),
+        "crack_area_of_lower_middle_upper_layer": [round(float(a), 3) for a in (faces[0], softening, faces[1])],
         **summary.totals(log, energies),
     }
     summary.write_json(folder / "summary.json", s)
@@ -119,15 +150,15 @@ def main(folder):
         f"  crack: {laminate.shown(s['crack_speed_m_s'])} m/s; {s['elements_converted']} elements converted, {s['joints_broken']} joints broken",
         f"  pieces: {s['pieces']}; cells of the middle plane above 2 x 2 mm: {s['pieces_of_the_middle']}, which is "
         f"{s['pieces_of_the_middle_in_50_x_50_mm']:.0f} in 50 x 50 mm",
-        f"  {s['crack_area_by_pane_area']:.2f} times the area of the pane has cracked, which would shut in "
-        f"{s['squares_in_50_x_50_mm']:.0f} squares in 50 x 50 mm",
+        f"  {s['crack_area_by_pane_area']:.2f} times the area of the pane has cracked; as long cracks as beside the middle plane would "
+        f"shut in {s['squares_in_50_x_50_mm']:.0f} squares in 50 x 50 mm, with those that soften {s['squares_of_softening_joints_too']:.0f}",
         f"  total energy: {s['energy_initial_J']:.6f} J at first, {s['energy_final_J']:.6f} J at last, "
         f"largest rise {s['energy_rise_percent']:.4f} %",
     ])
     title = f"tempered pane, {s['surface_MPa']:g} MPa"
     plots.energies(folder / "energies.png", f"{title}; dashed: first damage", energies, [s["first_damage_us"]], limit=ALLOWED_RISE)
     plots.timeline(folder / "timeline.png", title, events, s["end_us"])
-    draw_cells(folder / "cells.png", cell, counted, area**0.5, f"{title}, cells of the middle plane")
+    draw_cells(folder / "cells.png", cell, counted, side, f"{title}, cells of the middle plane")
     cells = [(path, f"{time:.0f} us") for time, path in plots.pictures(folder, "top.*.png", dt)]
     if cells:
         plots.sheet(folder / "crack.png", title, cells, (len(cells) + 1) // 2, 480)
@@ -136,7 +167,29 @@ def main(folder):
         sys.exit(f"the total energy rises by {s['energy_rise_percent']} % of its initial value")
 
 
+def compare(path, folders):
+    """A plot of counts over the stress at the faces."""
+    runs = sorted((defe.read_summary(Path(folder) / "summary.json") for folder in folders), key=lambda s: s["surface_MPa"])
+    stress = [s["surface_MPa"] for s in runs]
+    plt = plots.plotting()
+    figure, axis = plt.subplots(figsize=(6, 4), constrained_layout=True)
+    published = np.array(list(PUBLISHED.items()), float).T
+    axis.fill_between(published[0], 0.5 * published[1], 2 * published[1], color="0.9", label="half to twice of it")
+    axis.plot(*published, "k-s", label="published, mean counts of fragments")
+    low, high = ([s[key] for s in runs] for key in ("squares_in_50_x_50_mm", "squares_of_softening_joints_too"))
+    axis.plot(stress, low, "o-", color="#1f4e9c", label="here, squares of as long cracks")
+    axis.plot(stress, high, ":", color="#1f4e9c", label="here, with joints that soften")
+    axis.plot(stress, [s["pieces_of_the_middle_in_50_x_50_mm"] for s in runs], "s--", color="#c0504d", label="here, closed cells above 4 mm2")
+    axis.set(xlabel="compression at the faces (MPa)", ylabel="in 50 x 50 mm", ylim=(0, None))
+    axis.legend()
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
+    if len(sys.argv) > 3 and sys.argv[1] == "--compare":
+        compare(Path(sys.argv[2]), sys.argv[3:])
+    elif len(sys.argv) == 2:
+        summary.main(main, Path(sys.argv[1]))
+    else:
         sys.exit(__doc__)
-    summary.main(main, Path(sys.argv[1]))

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Runs the tempered pane and analyses it. Called by examples/run.sh, which explains the DEFE_ variables:
-#   examples/run.sh tempered_pane [fine | coarse] [-np N] [LAMMPS options...]
-# variants: fine coarse
+#   examples/run.sh tempered_pane [fine | coarse | piece] [-np N] [LAMMPS options...]
+# variants: fine coarse piece
 # DEFE_NAME=NAME puts the results into output/NAME, not output/VARIANT.
+# piece: a piece of a large pane, DEFE_SIDE (m, 0.016) long; output/fragments.png has all output/piece-* beside what is published.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
@@ -10,12 +11,19 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 source ../simulate.sh
 
 variant=${DEFE_VARIANT:-fine}
+out=output/${DEFE_NAME:-$variant}
+fresh "$out"
 case $variant in
   fine) options=() ;;
   coarse) options=(-var edge 2e-3 -var dt 5e-8 -var strength 54e6 -var blow 30) ;;
-  *) echo "example 'tempered_pane' has no variant '$variant': use fine or coarse" >&2; exit 2 ;;
+  piece)
+    side=${DEFE_SIDE:-0.016}
+    "$DEFE_PYTHON" piece.py "$out/piece.data" "$side" 0.5e-3
+    options=(-var large yes -var mesh "$out/piece.data" -var side "$side" -var edge 0.5e-3 -var dt 1.25e-8 -var strength 88e6
+      -var end 1.2e-5 -var element plain)
+    ;;
+  *) echo "example 'tempered_pane' has no variant '$variant': use fine, coarse or piece" >&2; exit 2 ;;
 esac
-out=output/${DEFE_NAME:-$variant}
-fresh "$out"
 simulate in.tempered_pane "$out" "$@" "${options[@]}"
 "$DEFE_PYTHON" analyse.py "$out"
+if [[ $variant == piece ]]; then "$DEFE_PYTHON" analyse.py --compare output/fragments.png output/piece*/; fi
