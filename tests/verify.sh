@@ -5,14 +5,15 @@
 # --fine  finer meshes, which may take an hour (else a case takes at most 10 minutes on two cores)
 # --quick without the cases that take minutes
 # --list  the cases there are
-# --page  also puts all cases and their plots into lammps-package/doc, those that are not named as they ran last
+# --page  also puts the cases and their plots into lammps-package/doc: those that are not named as they ran last, those that were never
+#         run here as the page has them
 # It fails when a figure whose source is certain is not met.
 set -euo pipefail
 exec </dev/null
 # shellcheck source=../tools/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/../tools/common.sh"
 case ${1:-} in
-  -h | --help) sed -n '2,9s/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
+  -h | --help) sed -n '2,10s/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
 esac
 "$DEFE_ROOT/tools/install-deps.sh" build plots
 defe_build_plugin

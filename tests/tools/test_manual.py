@@ -114,6 +114,35 @@ class Verdicts(unittest.TestCase):
         table = manual.overview({"x": {"title": "X", "rows": rows}, "y": {"title": "Y", "rows": rows[:1]}})
         self.assertEqual(table[1:], [["X", "1 of 2", "0 of 1", "b; c"], ["Y", "1 of 1", "-", "-"]])
 
+    def test_page_keeps_sections_of_cases_that_were_not_run(self):
+        folder = Path(self.enterContext(__import__("tempfile").TemporaryDirectory()))
+        doc, out = folder / "doc", folder / "out"
+        names = ["polar", "taylor_bar"]
+        doc.mkdir()
+        results = {}
+        for name in names:
+            (out / name).mkdir(parents=True)
+            (out / name / "a.png").write_bytes(b"first " + name.encode())
+            results[name] = {"title": name + ", its title", "shown": [("figure", name + "/a.png", "what it shows")], "date": "2026-01-01", "fine": False,
+                             "processor_seconds": 1.0, "rows": [{"quantity": "q", "unit": "", "here": 1.0, "published": "1 to 2", "verdict": "within",
+                                                                 "source": "s", "certain": True, "digits": 3}]}
+        titles = {name: results[name]["title"] for name in names}
+        self.assertEqual(manual.rst_page({"polar": results["polar"]}, out, doc, titles), ["taylor_bar"])
+        self.assertEqual(manual.rst_page(results, out, doc, titles), [])
+        page = doc / "Howto_defe_verification.rst"
+        first = page.read_text()
+        self.assertEqual(manual.rst_page({"polar": results["polar"]}, out, doc, titles), [])
+        self.assertEqual(page.read_text(), first)
+        results["polar"]["date"] = "2026-02-02"
+        results["polar"]["rows"][0]["verdict"] = "not within"
+        (out / "polar" / "a.png").write_bytes(b"second")
+        manual.rst_page({"polar": results["polar"]}, out, doc, titles)
+        self.assertEqual(page.read_text().count("2026-02-02"), 1)
+        self.assertEqual(page.read_text().count("2026-01-01"), 1)
+        self.assertIn('"polar, its title", "0 of 1"', page.read_text())
+        self.assertEqual((doc / "Howto_defe_verification_polar_a.png").read_bytes(), b"second")
+        self.assertEqual((doc / "Howto_defe_verification_taylor_bar_a.png").read_bytes(), b"first taylor_bar")
+
     def test_markdown(self):
         page = manual.markdown("## A\n\none `x < y`\n\n* p\n  q\n* r\n")
         self.assertEqual(page, "<h3>A</h3>\n<p>one <code>x &lt; y</code></p>\n<ul><li>p q</li><li>r</li></ul>")

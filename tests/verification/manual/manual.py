@@ -322,33 +322,61 @@ def rst_cell(text):
     return r'"\-"' if text == "-" else '"' + rst_inline(text).replace('"', '""') + '"'
 
 
-def rst_csv(rows, indent="   "):
-    quoted = [", ".join(rst_cell(str(c)) for c in row) for row in rows]
-    return ".. csv-table::\n   :header-rows: 1\n\n" + "\n".join(indent + q for q in quoted)
+def rst_row(row):
+    return "   " + ", ".join(rst_cell(str(c)) for c in row)
 
 
-def rst_page(results, out):
-    doc = ROOT / "lammps-package" / "doc"
-    for old in doc.glob("Howto_defe_verification_*.png"):
-        old.unlink()
-    parts = [RST_HEAD, rst_csv(overview(results)) + "\n"]
-    for name, r in results.items():
-        parts.append(f"{r['title']}\n{chr(34) * len(r['title'])}\n")
-        parts.append(rst_text(re.sub(r"\A# .*\n", "", (HERE / name / "README.md").read_text())) + "\n")
-        head = [["quantity", "here", "published", "", "source"]]
-        parts.append(rst_csv(head + [[a["quantity"] + (f" ({a['unit']})" if a["unit"] else ""), number(a["here"], a["digits"]), a["published"],
-                                      a["verdict"] + ("" if a["certain"] else ", source not certain"), a["source"]] for a in r["rows"]]) + "\n")
-        for kind, *what in r["shown"]:
-            if kind == "table":
-                parts.append(rst_inline(what[0]) + "\n\n" + rst_csv(what[1]) + "\n")
-            elif kind == "figure":
-                picture = f"Howto_defe_verification_{what[0].replace('/', '_')}"
-                (doc / picture).write_bytes((out / what[0]).read_bytes())
-                parts.append(f".. image:: {picture}\n   :alt: {what[1]}\n\n{rst_inline(what[1])}\n")
-            else:
-                parts.append(rst_inline(what[0]) + "\n")
-        parts.append(rst_inline(when(r)).replace("--fine", "``--fine``") + "\n")
-    (doc / "Howto_defe_verification.rst").write_text("\n".join(parts))
+def rst_csv(rows):
+    return ".. csv-table::\n   :header-rows: 1\n\n" + "\n".join(rst_row(row) for row in rows)
+
+
+def rst_section(name, r, out, doc):
+    """Of one case, below its heading; its pictures go into `doc`."""
+    parts = [rst_text(re.sub(r"\A# .*\n", "", (HERE / name / "README.md").read_text())) + "\n"]
+    head = [["quantity", "here", "published", "", "source"]]
+    parts.append(rst_csv(head + [[a["quantity"] + (f" ({a['unit']})" if a["unit"] else ""), number(a["here"], a["digits"]), a["published"],
+                                  a["verdict"] + ("" if a["certain"] else ", source not certain"), a["source"]] for a in r["rows"]]) + "\n")
+    for kind, *what in r["shown"]:
+        if kind == "table":
+            parts.append(rst_inline(what[0]) + "\n\n" + rst_csv(what[1]) + "\n")
+        elif kind == "figure":
+            picture = f"Howto_defe_verification_{what[0].replace('/', '_')}"
+            (doc / picture).write_bytes((out / what[0]).read_bytes())
+            parts.append(f".. image:: {picture}\n   :alt: {what[1]}\n\n{rst_inline(what[1])}\n")
+        else:
+            parts.append(rst_inline(what[0]) + "\n")
+    parts.append(rst_inline(when(r)).replace("--fine", "``--fine``") + "\n")
+    return "\n".join(parts)
+
+
+def page_sections(text):
+    """{title: (line of the overview, what is below the heading)} of a page that was written before."""
+    pieces = re.split(r'^(.+)\n"{3,}\n', text, flags=re.M)
+    lines = {line.split('"')[1]: line for line in pieces[0].splitlines() if line.startswith('   "')}
+    return {title: (lines[title], below.strip("\n") + "\n") for title, below in zip(pieces[1::2], pieces[2::2]) if title in lines}
+
+
+def rst_page(results, out, doc, titles):
+    """titles: {name: title} of all cases. Those that have no results keep their section of the page. Returns the names of those that have none."""
+    page = doc / "Howto_defe_verification.rst"
+    before = page_sections(page.read_text()) if page.exists() else {}
+    missing = [name for name, title in titles.items() if name not in results and title not in before]
+    if missing:
+        return missing
+    lines, sections = [], []
+    head, *rows = overview(results)
+    fresh = dict(zip(results, rows))
+    for name, title in titles.items():
+        if name in results:
+            for old in doc.glob(f"Howto_defe_verification_{name}_*.png"):
+                old.unlink()
+            line, below = rst_row(fresh[name]), rst_section(name, results[name], out, doc)
+        else:
+            line, below = before[title]
+        lines.append(line)
+        sections.append(f"{title}\n{chr(34) * len(title)}\n\n{below}")
+    page.write_text("\n".join([RST_HEAD, rst_csv([head]) + "\n" + "\n".join(lines) + "\n", *sections]))
+    return []
 
 
 def children_seconds():
@@ -377,7 +405,7 @@ def main():
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--fine", action="store_true", help="finer meshes, may take an hour")
     parser.add_argument("--quick", action="store_true", help="only the cases that are not marked as slow")
-    parser.add_argument("--page", action="store_true", help="put all cases into lammps-package/doc, too, those not named as they ran last")
+    parser.add_argument("--page", action="store_true", help="put the cases into lammps-package/doc, too; those that were never run here stay as they are there")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at the same time")
     parser.add_argument("--list", action="store_true")
     parser.add_argument("case", nargs="*")
@@ -400,10 +428,9 @@ def main():
     stored = {n: json.loads(f.read_text()) for n in cases() if (f := options.out / n / RESULT).exists()}
     page(stored, options.out)
     if options.page:
-        missing = [n for n in cases() if n not in stored]
+        missing = rst_page(stored, options.out, ROOT / "lammps-package" / "doc", {n: load(n).TITLE for n in cases()})
         if missing:
-            sys.exit(f"verify: {missing[0]} has not been run yet: the page needs all cases")
-        rst_page(stored, options.out)
+            sys.exit(f"verify: {missing[0]} has not been run yet, and the page does not have it: run it, too")
     print(f"\nThe page with all plots: {options.out / 'index.html'}")
     for f in failed:
         print(f"not within: {f}")
