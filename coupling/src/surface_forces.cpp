@@ -403,6 +403,16 @@ namespace {
       return std::sqrt(square);
     }
 
+    /// DEs of distorted or pressed elements reach below faces beside those that they are tied to: where these are of
+    /// the same body, no contact was there before.
+    bool inherits(const ContactPoint &cp) const
+    {
+      return memory.inherits(cp.atom, cp.part) &&
+          std::none_of(active.begin(), active.end(), [&](const Active &one) {
+               return memory.was_joined(cp.atom, t.facets[one.facet]);
+             });
+    }
+
     /// The overlap of this step, compared with that of the last one and what motion can have added to it.
     /// overlap: depth times area, of the part `share` of the area that presses; what has come at once is as much
     /// deeper everywhere. (No mean: patches that have no share may go with their elements.)
@@ -420,7 +430,7 @@ namespace {
       }
       const double offset =
           history.overlap > 0.0 ? history.offset + (overlap - history.overlap) / share : deepest;
-      if (overlap > allowed && memory.inherits(cp.atom, cp.part)) {
+      if (overlap > allowed && inherits(cp)) {
         result.inherited.push_back(
             {cp.atom, active.begin()->facet, depth, energy_at(history.offset) - energy_at(offset)});
       } else if (overlap > allowed) {

@@ -239,6 +239,7 @@ void DefeConversion::convert()
   Draft c;
   collect_marked(c);
   sys.surface.ball_shares(*c.plan, c.from_balls);
+  sys.surface.elements_gone(c.plan->all());
   for (const auto &o : c.own) {    // strain energy before
     HexCoords xe, Xe;
     sys.elements.kernel_coords(*o.hex, o.idx->data(), xe, Xe);

@@ -32,7 +32,12 @@ namespace {
 /** Contacts of an atom from step to step. */
 class ContactRecords : public defe::ContactMemory {
  public:
-  ContactRecords(DefeSystem &s, std::vector<char> &all) : sys(s), met(all) {}
+  ContactRecords(DefeSystem &s, std::vector<char> &all,
+                 const std::vector<defe::ConvertingHex> &gone_now) :
+      sys(s),
+      met(all), gone(gone_now)
+  {
+  }
   defe::ContactHistory *find(int i, int part) override
   {
     if (!met[i]) return nullptr;
@@ -79,10 +84,24 @@ class ContactRecords : public defe::ContactMemory {
       if (jt.self[ds / 6] == i && jt.rec[ds / 6]->slot[ds % 6].part == part) return true;
     return false;
   }
+  bool was_joined(int i, const defe::ContactFacet &facet) override
+  {
+    if (gone.empty() || !newborn(i)) return false;
+    const tagint element = sys.store.de(i)->element;
+    const auto at = std::lower_bound(gone.begin(), gone.end(), element,
+                                     [](const defe::ConvertingHex &c, tagint id) {
+                                       return c.id < id;
+                                     });
+    if (at == gone.end() || at->id != element) return false;
+    tagint node[4];
+    for (int k = 0; k < 4; k++) node[k] = sys.lmp->atom->tag[facet.node[k]];
+    return at->has_node_of(node, 4);
+  }
 
  private:
   DefeSystem &sys;
   std::vector<char> &met;
+  const std::vector<defe::ConvertingHex> &gone;    // in this step, by ID
 };
 
 }    // namespace
@@ -193,7 +212,7 @@ void DefeSurface::forces(double *virial)
 {
   if (!planes_fresh) update_planes();
   planes_fresh = false;
-  ContactRecords memory(sys, met);
+  ContactRecords memory(sys, met, search->gone);
   auto a = arrays(virial != nullptr);
   a.changed = to_book;
   const auto r = defe::surface_forces(tables, a, memory, &near_pairs(memory));
@@ -211,6 +230,7 @@ void DefeSurface::forces(double *virial)
   for (int i : fresh)
     if (sys.store.contacts_of(i)) sys.store.contacts_of(i)->fresh = false;
   fresh.clear();
+  search->gone.clear();
 }
 
 /* ----------------------------------------------------------------------
@@ -235,15 +255,23 @@ void DefeSurface::book(const defe::SurfaceResult &r)
 void DefeSurface::begin_conversion()
 {
   if (!sys.model.contact()) return;
+  if (!search) search = std::make_unique<DefeSurfaceSearch>(sys);    // at the start of a run
   update_planes();
   planes_fresh = false;
-  ContactRecords memory(sys, met);
+  ContactRecords memory(sys, met, search->gone);
   auto a = arrays(false);
   a.energy_only = true;
   const auto r = defe::surface_forces(tables, a, memory, &near_pairs(memory));
   book(r);
   sys.ledger.conv_strain += r.energy;
   to_book = true;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DefeSurface::elements_gone(const std::vector<defe::ConvertingHex> &all)
+{
+  if (search) search->gone = all;
 }
 
 /* ----------------------------------------------------------------------

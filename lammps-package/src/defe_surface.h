@@ -35,6 +35,8 @@ class DefeSurface : protected DefeComponent {
 
   /** Elements are about to convert: the energy of contacts is booked from the old to the new ones. */
   void begin_conversion();
+  /** The elements that convert in this step, by ID: what they shared nodes with they were not in contact with. */
+  void elements_gone(const std::vector<defe::ConvertingHex> &);
   /** Energy of balls on a quarter of an element's face that converts: the DE at that node takes it over, or the only one. */
   struct BallShare {
     tagint element, node, ball;

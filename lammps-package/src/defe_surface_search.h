@@ -12,6 +12,7 @@
 #include "defe_records.h"
 #include "defe_store.h"
 
+#include "defe/coupling/conversion_plan.h"
 #include "defe/coupling/surface_search.h"
 
 #include <array>
@@ -27,6 +28,9 @@ class DefeSurfaceSearch : protected DefeComponent {
  public:
   explicit DefeSurfaceSearch(DefeSystem &);
   void run(defe::SurfaceTables &);
+
+  std::vector<defe::ConvertingHex>
+      gone;    // elements near this rank that converted in this step, by ID
 
   // most that goes per atom and round
   static constexpr int HEX_SIZE = doubles_of(sizeof(HexPod));

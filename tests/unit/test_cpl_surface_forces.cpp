@@ -22,6 +22,7 @@ class Memory : public ContactMemory {
  public:
   std::map<std::pair<int, int>, ContactHistory> all;
   bool inherit = false, born = false;
+  std::set<int> joined_nodes;    // of the element that a DE was
 
   ContactHistory *find(int atom, int part) override
   {
@@ -33,6 +34,12 @@ class Memory : public ContactMemory {
   bool tied(int, std::int64_t) override { return false; }
   bool newborn(int) override { return born; }
   bool inherits(int, int) override { return inherit; }
+  bool was_joined(int, const ContactFacet &facet) override
+  {
+    return std::any_of(std::begin(facet.node), std::end(facet.node), [this](int node) {
+      return joined_nodes.count(node) > 0;
+    });
+  }
 };
 
 /// Surfaces of square facets in z = const, and balls.
@@ -511,6 +518,53 @@ TEST(SurfaceForces, WhatADEIsBornBelowPushesNothing)
   born.v[3 * de + 2] = -2.0;
   born.x[3 * de + 2] -= step;    // only deeper
   EXPECT_GT(born.evaluate().energy, 0.0);
+}
+
+// A DE that is born below a face of another part takes over a contact of its element, but none with a neighbour that shared
+// nodes with it: there was none.
+TEST(SurfaceForces, WhatADEIsBornBelowIsInheritedFromOtherBodiesOnly)
+{
+  const double r = 2.4e-4, half = 2.5e-4, depth = 2e-5;
+  const auto below = [&] {
+    World w;
+    w.add_surface(Vec3::Zero(), 1, spacing, true);
+    ContactPoint point{};
+    point.atom = w.add_atom(Vec3(0.5 * spacing, 0.5 * spacing, r - depth), r);
+    point.part = 0;
+    point.count = 1;
+    point.r = r;
+    point.half = half;
+    point.area = 4.0 * half * half;
+    point.k_own = k_area;
+    w.tables.candidates.push_back(0);
+    w.tables.points.push_back(point);
+    w.memory.born = w.memory.inherit = true;
+    return w;
+  };
+  World pressed = below();
+  pressed.memory.joined_nodes = {17, 18};    // of other faces
+  const SurfaceResult taken = pressed.evaluate();
+  ASSERT_EQ(taken.inherited.size(), 1u);
+  const double exact = 0.5 * k_area * 4.0 * half * half * depth * depth;
+  EXPECT_NEAR(taken.energy, exact, 0.02 * exact);    // hardens with the depth
+  EXPECT_EQ(taken.inherited[0].energy, taken.energy);
+
+  for (int node = 0; node < 4; ++node) {
+    World joined = below();
+    joined.memory.joined_nodes = {node};
+    const SurfaceResult none = joined.evaluate();
+    EXPECT_TRUE(none.inherited.empty());
+    EXPECT_EQ(none.energy, 0.0);
+    EXPECT_EQ(joined.at(joined.f, joined.tables.points[0].atom).norm(), 0.0);
+    // from then on motion presses it
+    joined.memory.born = false;
+    const int de = joined.tables.points[0].atom;
+    const double deeper = 1e-8;
+    joined.v[3 * de + 2] = -deeper / joined.dt;
+    joined.x[3 * de + 2] -= deeper;
+    const double more = 0.5 * k_area * 4.0 * half * half * deeper * deeper;
+    EXPECT_NEAR(joined.evaluate().energy, more, 1e-3 * more);
+  }
 }
 
 TEST(SurfaceForces, EasingBooksItsWork)

@@ -8,7 +8,9 @@
 
 #include "defe/coupling/conversion.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <unordered_map>
 #include <vector>
 
@@ -22,6 +24,11 @@ struct ConvertingHex {
   double x[8][3];    ///< current positions of the nodes
 
   fe::HexCoords coords() const;
+  /// One of these is a node of the element.
+  template <class Id> bool has_node_of(const Id *ids, int count) const
+  {
+    return std::find_first_of(ids, ids + count, std::begin(node), std::end(node)) != ids + count;
+  }
 };
 
 /// What lies behind the six faces of an element.

@@ -90,6 +90,9 @@ class ContactMemory {
   virtual bool newborn(int atom) = 0;
   /// An overlap of this point is a contact at once: it stands for one that was there already.
   virtual bool inherits(int atom, int part) = 0;
+  /// The element that a DE was until this step has a node in common with this face. The two were one body and not
+  /// in contact, of whatever parts they are: there is nothing to inherit.
+  virtual bool was_joined(int atom, const ContactFacet &) = 0;
 };
 
 struct SurfaceArrays {
