@@ -18,7 +18,7 @@ ACCEPTANCE = [
     Accept("radial cracks at 60 m/s", VV, low=7, high=9, known=True),    # 7 with 0.5 mm, 4 on other meshes
     Accept("radial cracks at 78 m/s", VV, low=7, high=9, known=True),
     Accept("exponent of the number over speed", VV, target=0.5, tolerance=0.15, known=True),
-    Accept("largest rise of the total energy", "exact", high=0.1, unit="%", known=True),
+    Accept("largest rise of the total energy", "exact", high=0.1, unit="%", known=True),    # 1 mm: bent flat elements convert
 ]
 
 
@@ -37,7 +37,7 @@ def run(s):
         mesh = Mesh(edge, turned(angle), lambda c: (np.abs(c) < [half, half, THICKNESS / 2]).all(axis=1),
                     np.array([1.45 * half, 1.45 * half, THICKNESS / 2]) + 2 * h, shift=(0.5, 0.5, 0.5))
         mesh.write(s.path(name + ".data"), 4, np.full(len(mesh.hex), "body"))
-        dt = stable_step(E, NU, RHO, h)
+        dt = stable_step(E, NU, RHO, edge.min())
         steps = int(END / dt)
         s.lammps("in.pane", name, mesh=name + ".data", speed=speed, radius=RADIUS, off_x=0.13 * h, off_y=0.21 * h, thickness=THICKNESS, young=E, nu=NU, rho=RHO,
                  sigma=SIGMA_T, gf=GF, start=start, dt=dt, steps=steps, every=max(1, steps // 60), skin=0.15 * h, **mesh.box())
