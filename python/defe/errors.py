@@ -11,9 +11,12 @@ class InputError(ValueError):
 def needed(module, package, what):
     """The module; where it is missing, an InputError that says what needs it and which package of Debian has it."""
     try:
-        return importlib.import_module(module)
+        found = importlib.import_module(module)
     except ImportError:
-        raise InputError(f"{what} needs {module.split('.')[0]}: install {package}") from None
+        found = None
+    if getattr(found, "__file__", None) is None:    # or only folders are left of it: Python takes these for a package, too
+        raise InputError(f"{what} needs {module.split('.')[0]}: install {package}")
+    return found
 
 
 def at(path, line=None):

@@ -140,9 +140,19 @@ class Events(Files):
         e = defe.read_events(self.file("".join(EVENTS.splitlines(True)[:2])))
         self.assertEqual((len(e), e.x.shape, e.first("broken")), (0, (0, 3), None))
 
+    def test_what_is_left_of_a_removed_package_is_no_package(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "left_over").mkdir()
+            sys.path.append(folder)
+            try:
+                with self.assertRaisesRegex(defe.InputError, r"^to_pandas\(\) needs left_over: install python3-left$"):
+                    defe.errors.needed("left_over", "python3-left", "to_pandas()")
+            finally:
+                sys.path.remove(folder)
+
     def test_pandas(self):
         try:
-            import pandas    # noqa: F401
+            from pandas import DataFrame    # noqa: F401
         except ImportError:
             self.skipTest("no pandas")
         frame = defe.read_events(self.file(EVENTS)).to_pandas()
