@@ -426,8 +426,7 @@ TEST(Conversions, UnderABall)
                                               {0.05, 40.0, 15, "lattice", 2.5e-8},
                                               {0.1, 60.0, 40, "lattice", 2.5e-8},
                                               {0.2, 40.0, 20, "", 2.5e-8},
-                                              {0.05, 40.0, 20, "", 2.5e-8},
-                                              {0.2, 40.01, 20, "", 1.25e-8}}) {
+                                              {0.05, 40.0, 20, "", 2.5e-8}}) {
     SCOPED_TRACE(std::to_string(fs) + law);
     Lammps lmp;
     ball_on_bar(fs, v, dt, law).start(lmp);
@@ -443,7 +442,7 @@ TEST(Conversions, UnderABall)
     const auto contact = lmp.recorded(2);
     EXPECT_GE(lmp.fe(CONVERTED), least);
     EXPECT_GT(*std::max_element(contact.begin(), contact.end()), 0.1 * energy0);
-    EXPECT_LT(rise, 1e-3 * energy0);
+    EXPECT_LT(rise, 3e-4 * energy0);
     EXPECT_LT(largest_deviation(lmp.recorded(1)), 1e-3 * energy0);
   }
 }
