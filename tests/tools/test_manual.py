@@ -3,6 +3,7 @@
 
 import math
 import sys
+import tempfile
 import unittest
 from pathlib import Path
 
@@ -37,7 +38,7 @@ class Plates(unittest.TestCase):
 
     def test_traction_is_its_resultant(self):
         plate = NotchedPlate(0.1, 0.04, 1e-3, 0.05, 1e-3, 45.0, band=2e-3)
-        file = Path(self.enterContext(__import__("tempfile").TemporaryDirectory())) / "force"
+        file = Path(self.enterContext(tempfile.TemporaryDirectory())) / "force"
         plate.write_traction(file)
         force = np.array([float(line.split()[1]) for line in file.read_text().splitlines()[2:]])
         self.assertAlmostEqual(force[force > 0].sum(), 0.1 * 1e-3, delta=1e-12)
@@ -115,7 +116,7 @@ class Verdicts(unittest.TestCase):
         self.assertEqual(table[1:], [["X", "1 of 2", "0 of 1", "b; c"], ["Y", "1 of 1", "-", "-"]])
 
     def test_page_keeps_sections_of_cases_that_were_not_run(self):
-        folder = Path(self.enterContext(__import__("tempfile").TemporaryDirectory()))
+        folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
         doc, out = folder / "doc", folder / "out"
         names = ["polar", "taylor_bar"]
         doc.mkdir()
