@@ -478,6 +478,26 @@ TEST(SurfaceForces, InheritedOverlap)
   EXPECT_NEAR(inherited, r.energy, 1e-12 * r.energy);
 }
 
+namespace {
+
+/// A DE of part 0 over the first facet; its number.
+int add_de(World &w, const Vec3 &X, double r, double half)
+{
+  ContactPoint point{};
+  point.atom = w.add_atom(X, r);
+  point.part = 0;
+  point.count = 1;
+  point.r = r;
+  point.half = half;
+  point.area = 4.0 * half * half;
+  point.k_own = k_area;
+  w.tables.candidates.push_back(0);
+  w.tables.points.push_back(point);
+  return point.atom;
+}
+
+}    // namespace
+
 /// A DE beside a distorted element lies below the plane of one of its faces, and over its rim by a hair: little overlap, but
 /// far down. Once 3e-5 of 6e-3 J came from nothing so.
 TEST(SurfaceForces, WhatADEIsBornBelowPushesNothing)
@@ -486,17 +506,7 @@ TEST(SurfaceForces, WhatADEIsBornBelowPushesNothing)
   const auto beside = [&](double over) {
     World w;
     w.add_surface(Vec3::Zero(), 2, spacing, true);    // which goes on beyond that edge
-    const int de = w.add_atom(Vec3(spacing + half - over, 0.5 * spacing, -below), r);
-    ContactPoint point{};
-    point.atom = de;
-    point.part = 0;
-    point.count = 1;
-    point.r = r;
-    point.half = half;
-    point.area = 4.0 * half * half;
-    point.k_own = k_area;
-    w.tables.candidates.push_back(0);
-    w.tables.points.push_back(point);
+    const int de = add_de(w, Vec3(spacing + half - over, 0.5 * spacing, -below), r, half);
     w.v[3 * de] = -2.0;
     return w;
   };
@@ -528,16 +538,7 @@ TEST(SurfaceForces, WhatADEIsBornBelowIsInheritedFromOtherBodiesOnly)
   const auto below = [&] {
     World w;
     w.add_surface(Vec3::Zero(), 1, spacing, true);
-    ContactPoint point{};
-    point.atom = w.add_atom(Vec3(0.5 * spacing, 0.5 * spacing, r - depth), r);
-    point.part = 0;
-    point.count = 1;
-    point.r = r;
-    point.half = half;
-    point.area = 4.0 * half * half;
-    point.k_own = k_area;
-    w.tables.candidates.push_back(0);
-    w.tables.points.push_back(point);
+    add_de(w, Vec3(0.5 * spacing, 0.5 * spacing, r - depth), r, half);
     w.memory.born = w.memory.inherit = true;
     return w;
   };
