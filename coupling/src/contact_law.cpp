@@ -50,7 +50,7 @@ ContactParameters contact_parameters(double kn, double kt, double restitution, d
 
 ContactResult sphere_contact(const Vec3 &xi_minus_xj, const Vec3 &v_rel, const Vec3 &omega_i,
                              const Vec3 &omega_j, double ri, double rj, double contact_distance,
-                             double reduced_mass, double dt, Vec3 &shear_history,
+                             double reduced_mass, double dt, TangentialSpring &tangential,
                              const ContactParameters &p)
 {
   ContactResult r;
@@ -63,8 +63,8 @@ ContactResult sphere_contact(const Vec3 &xi_minus_xj, const Vec3 &v_rel, const V
   const double distance = xi_minus_xj.norm();
   r.overlap = contact_distance - distance;
   if (!(r.overlap > 0.0) || distance == 0.0) {
-    r.rubbed = 0.5 * p.kt * shear_history.squaredNorm();    // a rest of the last step
-    shear_history.setZero();
+    r.rubbed = tangential.stored();    // a rest of the last step
+    tangential = {};
     return r;
   }
 
@@ -75,34 +75,23 @@ ContactResult sphere_contact(const Vec3 &xi_minus_xj, const Vec3 &v_rel, const V
   const double zeta = p.damping_ratio >= 0.0 ? p.damping_ratio : damping_ratio(p.restitution);
   const double v_n = n.dot(v_rel);
   const double spring = p.kn * r.overlap;
-  const double push = spring + 0.5 * p.kt_slope * shear_history.squaredNorm();
-  const double F_n = std::max(0.0, push - 2.0 * zeta * std::sqrt(p.kn * reduced_mass) * v_n);
+  const double F_n = std::max(0.0, spring - 2.0 * zeta * std::sqrt(p.kn * reduced_mass) * v_n);
   // v_rel is that of half a step ago (velocity Verlet); the force works with that of now
-  r.damped = (push - F_n) * (v_n + 0.5 * dt * F_n / reduced_mass) * dt;
+  r.damped = (spring - F_n) * (v_n + 0.5 * dt * F_n / reduced_mass) * dt;
   r.stored = 0.5 * spring * r.overlap;
   r.force = F_n * n;
 
-  // tangential: turn the history with the pair, first about n, then with n
-  Vec3 old = shear_history;
-  const double length = old.norm();
-  if (length > 0.0) {
-    old += 0.5 * dt * n.dot(omega_i + omega_j) * n.cross(old);
-    old -= n.dot(old) * n;
-    const double left = old.norm();
-    if (left > 0.0) old *= length / left;
-  }
+  // tangential: the spring turns with the pair about n
+  const Vec3 old(tangential.s), turned = old + 0.5 * dt * n.dot(omega_i + omega_j) * n.cross(old);
+  const double length = turned.norm(), kept = length > 0.0 ? old.norm() / length : 1.0;
+  for (int k = 0; k < 3; ++k) tangential.s[k] = kept * turned[k];
   const Vec3 slip_rate = v_rel - v_n * n - (arm_i * omega_i + arm_j * omega_j).cross(n);
-  const Vec3 trial = old + dt * slip_rate;
-  shear_history = trial;
-  const double limit = p.friction * F_n, trial_force = p.kt * trial.norm();
-  if (trial_force > limit) {
-    r.slipping = true;
-    shear_history *= limit / trial_force;
-    // the mean force of the step times the way that the contact point slipped
-    r.rubbed = std::max(0.0, 0.5 * p.kt * (old + shear_history).dot(trial - shear_history));
-  }
-  const Vec3 F_t = -p.kt * shear_history;
-  r.stored += 0.5 * p.kt * shear_history.squaredNorm();
+  const FrictionResult along =
+      coulomb_friction(tangential, n, dt * slip_rate, p.kt, p.friction * F_n);
+  r.slipping = along.slipping;
+  r.rubbed = along.rubbed;
+  r.stored += along.stored;
+  const Vec3 &F_t = along.force;
   r.force += F_t;
   const Vec3 moment = n.cross(F_t);
   r.torque_i = -arm_i * moment;

@@ -1,28 +1,38 @@
 #include "defe/coupling/friction.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace defe {
 
-FrictionResult coulomb_friction(Vec3 &shear, const Vec3 &n, const Vec3 &slip, double kt,
-                                double limit)
+FrictionResult coulomb_friction(TangentialSpring &spring, const Vec3 &n, const Vec3 &slip,
+                                double kt, double limit)
 {
-  const double length = shear.norm();
-  shear -= shear.dot(n) * n;
-  const double left = shear.norm();
-  if (left > 0.0) shear *= length / left;
+  Vec3 old(spring.s);
+  const double length = old.norm();
+  old -= old.dot(n) * n;
+  const double left = old.norm();
+  if (left > 0.0) old *= length / left;
 
-  shear += slip - slip.dot(n) * n;
-  FrictionResult r{-kt * shear, 0.0, 0.0};
-  const double pull = r.force.norm();
-  if (pull > limit) {
-    // the spring keeps what the limit holds; the rest is slip against the limit
-    r.rubbed = limit * (pull - limit) / kt;
-    const Vec3 kept = limit / pull * shear;
-    shear = kept;
-    r.force = -kt * shear;
+  // the mean of both steps: work by the mean force is stored to the third order in the step
+  const double root = std::sqrt(kt), root_before = spring.root > 0.0 ? spring.root : root;
+  const double mean = 0.5 * (root_before + root);
+  const Vec3 trial = old + mean * (slip - slip.dot(n) * n);
+  Vec3 s = trial;
+  FrictionResult r;
+  r.rubbed = 0.0;
+  const double pull = root * trial.norm();
+  r.slipping = pull > limit;
+  if (r.slipping) {
+    s *= limit / pull;
+    // the mean force of the step times the way that the point slipped
+    const Vec3 force = 0.5 * (root_before * old + root * s);
+    r.rubbed = std::max(0.0, force.dot(trial - s) / mean);
   }
-  r.stored = 0.5 * kt * shear.squaredNorm();
+  r.force = -root * s;
+  r.stored = 0.5 * s.squaredNorm();
+  for (int k = 0; k < 3; ++k) spring.s[k] = s[k];
+  spring.root = root;
   return r;
 }
 

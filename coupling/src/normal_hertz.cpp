@@ -50,7 +50,6 @@ namespace {
       s.force = s.kn * overlap;
       s.energy = 0.4 * s.force * overlap;
       s.kt = 8.0 * G * a;
-      s.kt_slope = 0.5 * s.kt / overlap;
       s.damping_factor = std::sqrt(1.25);
       return s;
     }

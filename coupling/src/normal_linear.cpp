@@ -34,7 +34,6 @@ namespace {
       s.energy = push.energy;
       s.kn = push.force / overlap;
       s.kt = mindlin_stiffness(s.kn, p.material.nu);
-      s.kt_slope = mindlin_stiffness((push.slope - s.kn) / overlap, p.material.nu);
       s.damping_factor = push.damping_factor;
       return s;
     }

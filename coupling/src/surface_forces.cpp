@@ -473,7 +473,7 @@ namespace {
       ContactHistory *history = memory.find(cp.atom, cp.part);
       if (active.empty()) {
         if (history && !a.energy_only) {
-          result.friction += history->stored;    // the spring is released
+          result.friction += history->tangential.stored();    // it is released
           memory.drop(cp.atom, cp.part);
         }
         return;
@@ -525,6 +525,10 @@ namespace {
       history->energy = energy;
       if (a.friction > 0.0 && pushes > 0.0)
         on_point += friction_of_point(cp, *history, p, normal, pushes, stiffness);
+      else if (a.moving) {    // nothing presses: no spring holds
+        result.friction += history->tangential.stored();
+        history->tangential = {};
+      }
       add.force(cp.atom, on_point);
     }
 
@@ -551,14 +555,13 @@ namespace {
         for (const Active &one : active)
           arm -= one.weight / pushes * one.contact.point.h * t.planes[one.facet].normal;
       if (sphere && a.moving) slip += vector_at(a.omega, cp.atom).cross(arm);
-      Vec3 shear(history.shear[0], history.shear[1], history.shear[2]);
+      TangentialSpring spring = history.tangential;
       const FrictionResult r =
-          coulomb_friction(shear, n, a.moving ? Vec3(a.dt * slip) : Vec3(Vec3::Zero()), stiffness,
+          coulomb_friction(spring, n, a.moving ? Vec3(a.dt * slip) : Vec3(Vec3::Zero()), stiffness,
                            a.friction * length);
       result.springs += r.stored;
       if (a.moving) {
-        for (int k = 0; k < 3; ++k) history.shear[k] = shear[k];
-        history.stored = r.stored;
+        history.tangential = spring;
         result.friction += r.rubbed;
       }
       if (sphere) add.torque(cp.atom, arm.cross(r.force));

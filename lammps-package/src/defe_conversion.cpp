@@ -568,7 +568,8 @@ bigint DefeConversion::delete_nodes()
     if (loss.count[i] > 0 && sys.store.elements_at(i) == 0) {
       nodes_gone++;
       if (const auto *t = sys.store.contacts_of(i))
-        for (const auto &face : t->faces) sys.ledger.friction += face.stored;    // springs let go
+        for (const auto &face : t->faces)
+          sys.ledger.friction += face.tangential.stored();    // let go
       if (i != n - 1)
         atom->avec->copy(n - 1, i, 1);
       else
@@ -633,8 +634,7 @@ void DefeConversion::take_ball_shares(int i, const Draft &c, tagint element, tag
     auto known = std::find_if(list.begin(), list.end(), [share](const SphereContact &one) {
       return one.other == share->ball;
     });
-    if (known == list.end())
-      known = list.insert(known, {share->ball, {0.0, 0.0, 0.0}, 0.0, 0.0, 0.0});
+    if (known == list.end()) known = list.insert(known, {share->ball, {}, 0.0, 0.0, 0.0});
     known->inherit += share->energy;
     known->push += share->push;
   }

@@ -19,7 +19,7 @@
 namespace LAMMPS_NS {
 
 /** Of restart files; to be raised whenever what DEFE writes into them changes. */
-constexpr char RESTART_FORMAT[8] = "DEFE 15";
+constexpr char RESTART_FORMAT[8] = "DEFE 16";
 
 /** What travels with an element: it is kept by the atom that is its first node. */
 struct HexPod {
@@ -85,8 +85,8 @@ struct FaceContact : defe::ContactHistory {
 
 /** Contact of two spheres, as one of them sees it; of a DE and a ball only the DE. Plain data. */
 struct SphereContact {
-  bigint other;       // ID of the other one; no padding behind it, which would go into files unset
-  double shear[3];    // tangential displacement, of this one against the other
+  bigint other;    // ID of the other one; no padding behind it, which would go into files unset
+  defe::TangentialSpring tangential;    // of this one against the other
   // with a ball
   double offset;    // overlap that pushes nothing
   double

@@ -20,6 +20,16 @@
 using namespace LAMMPS_NS;
 using defe::Vec3;
 
+namespace {
+
+/// Of one end of a pair (sign 1), or as the other sees it (-1).
+defe::TangentialSpring along(const defe::TangentialSpring &t, double sign)
+{
+  return {{sign * t.s[0], sign * t.s[1], sign * t.s[2]}, t.root};
+}
+
+}    // namespace
+
 DefeSphereContacts::DefeSphereContacts(DefeSystem &system, const defe::JointLaws &l) :
     DefeComponent(system), laws(l)
 {
@@ -161,12 +171,8 @@ defe::ContactParameters DefeSphereContacts::parameters(int i, int j,
                                                        const defe::NormalSpring &spring) const
 {
   const defe::JointCoeff &coeff = laws.of(atom->type[i], atom->type[j]);
-  return {spring.kn,
-          spring.kt,
-          coeff.restitution,
-          coeff.friction,
-          coeff.damping_ratio * spring.damping_factor,
-          spring.kt_slope};
+  return {spring.kn, spring.kt, coeff.restitution, coeff.friction,
+          coeff.damping_ratio * spring.damping_factor};
 }
 
 void DefeSphereContacts::contact(const Candidate &c, const defe::VirialTally &tally)
@@ -184,28 +190,25 @@ void DefeSphereContacts::contact(const Candidate &c, const defe::VirialTally &ta
   const double reach = reach_of({a, b, c.distance}, rsq);
   const double overlap = reach > 0.0 ? reach - del.norm() : 0.0;
   if (!(overlap > 0.0)) {
-    forget_contact(i, j);
+    const double rest = forget_contact(i, j);
     if (whole) forget_contact(j, i);
+    if (!update->setupflag) sys.ledger.friction += (whole ? 1.0 : 0.5) * rest;
     return;
   }
   const auto push = spring_of(a, b, reach, overlap);
   const auto par = parameters(a, b, push);
   const double dt = update->setupflag ? 0.0 : update->dt;
-  double *shear = spring(i, j);
-  Vec3 history(sign * shear[0], sign * shear[1], sign * shear[2]);
+  defe::TangentialSpring &tangential = spring(i, j), of_a = along(tangential, sign);
   auto r = defe::sphere_contact(del, Vec3(v[a]) - Vec3(v[b]), Vec3(omega[a]), Vec3(omega[b]),
                                 atom->radius[a], atom->radius[b], reach,
-                                mass[a] * mass[b] / (mass[a] + mass[b]), dt, history, par);
+                                mass[a] * mass[b] / (mass[a] + mass[b]), dt, of_a, par);
   r.stored += push.energy_beyond(overlap);
   // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
   if (update->setupflag)
-    r.stored += 0.5 * par.kt * (Vec3(shear).squaredNorm() - history.squaredNorm());
+    r.stored += tangential.stored() - of_a.stored();
   else {
-    for (int k = 0; k < 3; k++) shear[k] = sign * history[k];
-    if (whole) {
-      double *other = spring(j, i);
-      for (int k = 0; k < 3; k++) other[k] = -sign * history[k];
-    }
+    tangential = along(of_a, sign);
+    if (whole) spring(j, i) = along(of_a, -sign);
   }
 
   const Vec3 force = sys.sums.rounded_force(r.force, i);
@@ -262,7 +265,8 @@ void DefeSphereContacts::contact_with_ball(int i, int j, const defe::VirialTally
   const bool inherits = known && known->inherit >= 0.0;
   const double offset = known ? known->offset : 0.0;
   if (!inherits && overlap <= offset) {
-    forget_contact(i, j);
+    const double rest = forget_contact(i, j);
+    if (!update->setupflag) sys.ledger.friction += rest;
     return;
   }
   const int part = jt.material[jt.of_atom[i]];
@@ -285,10 +289,10 @@ void DefeSphereContacts::contact_with_ball(int i, int j, const defe::VirialTally
 
   const auto push = law.sphere_on_de(deep, pair);
   const auto par = parameters(i, j, push);
-  Vec3 history(known->shear);
+  defe::TangentialSpring tangential = known->tangential;
   auto r = defe::sphere_contact(
       del, speed, Vec3(omega[i]), Vec3(omega[j]), ri, rj, ri + rj - known->offset,
-      atom->rmass[i] * atom->rmass[j] / (atom->rmass[i] + atom->rmass[j]), dt, history, par);
+      atom->rmass[i] * atom->rmass[j] / (atom->rmass[i] + atom->rmass[j]), dt, tangential, par);
   r.stored += push.energy_beyond(deep);
   if (inherits) {
     // the kicks of velocity Verlet belong to the old force up to half-way between the two steps
@@ -298,9 +302,9 @@ void DefeSphereContacts::contact_with_ball(int i, int j, const defe::VirialTally
   }
   // the evaluation before a run is no step: springs stay as they are, nothing is rubbed off
   if (update->setupflag)
-    r.stored += 0.5 * par.kt * (Vec3(known->shear).squaredNorm() - history.squaredNorm());
+    r.stored += known->tangential.stored() - tangential.stored();
   else {
-    for (int k = 0; k < 3; k++) known->shear[k] = history[k];
+    known->tangential = tangential;
     sys.ledger.damping += r.damped;
     sys.ledger.friction += r.rubbed;
   }
@@ -333,26 +337,29 @@ SphereContact *DefeSphereContacts::find_contact(int i, int j) const
 SphereContact &DefeSphereContacts::new_contact(int i, int j)
 {
   auto &list = sys.store.contacts_at(i).spheres;
-  list.push_back({atom->tag[j], {0.0, 0.0, 0.0}, 0.0, -1.0, 0.0});
+  list.push_back({atom->tag[j], {}, 0.0, -1.0, 0.0});
   return list.back();
 }
 
-double *DefeSphereContacts::spring(int i, int j)
+defe::TangentialSpring &DefeSphereContacts::spring(int i, int j)
 {
   SphereContact *known = find_contact(i, j);
-  return known ? known->shear : new_contact(i, j).shear;
+  return (known ? *known : new_contact(i, j)).tangential;
 }
 
-void DefeSphereContacts::forget_contact(int i, int j)
+/// Returns the energy that its spring still had.
+double DefeSphereContacts::forget_contact(int i, int j)
 {
   AtomContacts *t = sys.store.contacts_of(i);
-  if (!t) return;
+  if (!t) return 0.0;
   for (auto &s : t->spheres)
     if (s.other == atom->tag[j]) {
+      const double rest = s.tangential.stored();
       s = t->spheres.back();
       t->spheres.pop_back();
-      return;
+      return rest;
     }
+  return 0.0;
 }
 
 double DefeSphereContacts::memory_usage() const

@@ -56,8 +56,8 @@ class DefeSphereContacts : protected DefeComponent {
 
   SphereContact *find_contact(int i, int j) const;
   SphereContact &new_contact(int i, int j);
-  double *spring(int i, int j);
-  void forget_contact(int i, int j);
+  defe::TangentialSpring &spring(int i, int j);
+  double forget_contact(int i, int j);
 };
 
 }    // namespace LAMMPS_NS

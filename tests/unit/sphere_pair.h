@@ -18,7 +18,8 @@ struct SpherePair {
   double ri = 1.0, rj = 1.0, mi = 2.0, mj = 2.0;
   double distance = 2.0;    // at contact
   Vec3 xi = Vec3::Zero(), xj = Vec3::Zero(), vi = Vec3::Zero(), vj = Vec3::Zero();
-  Vec3 wi = Vec3::Zero(), wj = Vec3::Zero(), history = Vec3::Zero();
+  Vec3 wi = Vec3::Zero(), wj = Vec3::Zero();
+  TangentialSpring history{};
   double damped = 0.0, rubbed = 0.0;
   ContactResult r;
   ContactParameters p;
@@ -37,7 +38,7 @@ struct SpherePair {
     ContactParameters now = p;
     if (spring && overlap > 0.0) {
       s = spring(overlap);
-      now = {s.kn, s.kt, p.restitution, p.friction, s.damping_factor * p.damping_ratio, s.kt_slope};
+      now = {s.kn, s.kt, p.restitution, p.friction, s.damping_factor * p.damping_ratio};
     }
     r = sphere_contact(xi - xj, vi - vj, wi, wj, ri, rj, distance, reduced(), dt, history, now);
     if (spring && overlap > 0.0) r.stored += s.energy_beyond(overlap);

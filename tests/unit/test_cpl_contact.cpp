@@ -70,7 +70,7 @@ TEST(Contact, MeasuredRestitution)
 TEST(Contact, ForceIsTheSpringsAndNothingPulls)
 {
   const ContactParameters p = contact_parameters(1e6, 1e6, 0.5, 0.3);
-  Vec3 history = Vec3::Zero();
+  TangentialSpring history{};
   const Vec3 none = Vec3::Zero();
   // contact distance less than the sum of the radii
   ContactResult r =
@@ -85,11 +85,12 @@ TEST(Contact, ForceIsTheSpringsAndNothingPulls)
   EXPECT_EQ(r.force, none);
   EXPECT_GT(r.damped, 0.0);
   // apart
-  history = Vec3(1.0, 0.0, 0.0);
+  history = {{1.0, 0.0, 0.0}, 1e3};
   r = sphere_contact(Vec3(0.0, 2.1, 0.0), none, none, none, 1.0, 1.2, 2.0, 1.0, 1e-6, history, p);
   EXPECT_LT(r.overlap, 0.0);
   EXPECT_EQ(r.force, none);
-  EXPECT_EQ(history, none);
+  EXPECT_EQ(r.rubbed, 0.5);
+  EXPECT_EQ(history.stored(), 0.0);
 }
 
 // A constant normal load, the other sphere dragged past slowly: stick up to mu F_n, then slip, and
@@ -99,7 +100,7 @@ TEST(Contact, CoulombSlip)
   const ContactParameters p = contact_parameters(1e6, 5e5, 1.0, 0.3);
   const Vec3 none = Vec3::Zero(), from_j(0.0, 0.0, 1.9);
   const double F_n = 1e6 * 0.1, speed = 0.2, dt = 1e-3;
-  Vec3 history = none;
+  TangentialSpring history{};
   double displacement = 0.0, work = 0.0, rubbed = 0.0, stored = 0.0, force = 0.0;
   const double limit = p.friction * F_n;
   for (int k = 0; k < 1000; ++k) {
@@ -156,8 +157,8 @@ TEST(Contact, PairThatRotatesAsARigidBody)
   for (const Vec3 &axis : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 2, -1)}) {
     const Vec3 omega = 3.0 * axis.normalized();
     const double dt = 1e-4;
-    Vec3 history(0.0, 0.01, 0.005);
-    const Vec3 x0(1.9, 0.0, 0.0), h0 = history;
+    TangentialSpring history{{0.0, 10.0, 5.0}, 1e3};
+    const Vec3 x0(1.9, 0.0, 0.0), h0(history.s);
     Mat3 R = Mat3::Identity();
     ContactResult r;
     for (int k = 1; k <= 10000; ++k) {
@@ -167,8 +168,9 @@ TEST(Contact, PairThatRotatesAsARigidBody)
     }
     EXPECT_FALSE(r.slipping);
     EXPECT_NEAR(r.damped, 0.0, 1e-12);
-    EXPECT_NEAR(history.norm(), h0.norm(), 1e-9 * h0.norm());
-    EXPECT_LT((history - R * h0).norm(), 2e-3 * h0.norm());    // first order in dt about the normal
+    EXPECT_NEAR(Vec3(history.s).norm(), h0.norm(), 1e-9 * h0.norm());
+    EXPECT_LT((Vec3(history.s) - R * h0).norm(),
+              2e-3 * h0.norm());    // first order in dt about the normal
   }
 }
 

@@ -695,6 +695,33 @@ TEST(SurfaceForces, SlidingBlockRubs)
   EXPECT_EQ(r.springs, 0.0);
 }
 
+// A block that sticks is pushed over the rim: its springs get softer as their area does, or are let go. Nothing comes from
+// nothing, and nothing is lost that is not said.
+TEST(SurfaceForces, SpringsKeepTheirEnergyWhereTheAreaChanges)
+{
+  World w = block_on_plane(4e-5);
+  w.let_overlap();
+  w.friction = 10.0;
+  w.set_velocity(1, Vec3(10.0, 0, 0));
+  SurfaceResult r;
+  for (int step = 0; step < 100; ++step) r = w.evaluate();
+  const double stored = r.springs;
+  EXPECT_NEAR(stored, 0.5 * k_area * block_area * 1e-5 * 1e-5, 1e-10 * stored);
+  EXPECT_EQ(r.friction, 0.0);
+  w.set_velocity(1, Vec3::Zero());
+  double lost = 0.0, softest = 1.0;
+  for (int step = 0; step < 70; ++step) {
+    w.move(1, Vec3(1e-4, 0, 0));
+    r = w.evaluate();
+    lost += r.friction;
+    EXPECT_NEAR((r.springs + lost) / stored, 1.0, 1e-12) << step;
+    softest = std::min(softest, std::abs(w.force_on(1)[0]) / (k_area * block_area * 1e-5));
+  }
+  EXPECT_GT(lost, 0.2 * stored) << "none was let go";
+  EXPECT_GT(r.springs, 0.2 * stored);
+  EXPECT_LT(softest, 0.6);
+}
+
 TEST(SurfaceForces, SlidingBallRubs)
 {
   const double R = 20e-3, depth = 1e-4, mu = 0.25, speed = 3.0;

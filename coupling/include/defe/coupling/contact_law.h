@@ -7,11 +7,10 @@
 ///
 /// With n from j to i, r = |x_i - x_j|, overlap g = contact_distance - r:
 ///
-///   F_n = max(0, kn g + kt' xi^2/2 - c n.v_rel),  c = 2 zeta sqrt(kn m_eff)
-///   F_t = -kt xi,  |F_t| <= mu F_n   (xi: tangential displacement of the contact point)
+///   F_n = max(0, kn g - c n.v_rel),  c = 2 zeta sqrt(kn m_eff)
+///   F_t = -sqrt(kt) s,  |F_t| <= mu F_n,  ds = sqrt(kt) dxi   (xi: tangential displacement of the contact point)
 ///
-/// kn and kt may depend on g. Then kn is the secant, and kt' = d kt/dg keeps the energy kt xi^2/2 of the tangential
-/// spring while the two are pressed together and part again: without it they would gain from every oblique impact.
+/// kn and kt may depend on g. Then kn is the secant, and s keeps the energy of the tangential spring (friction.h).
 ///
 /// The damping ratio zeta belongs to the restitution coefficient of exactly this law, with the
 /// contact ending when the force would become attractive (Schwager and Poeschel, Granular Matter 9
@@ -21,7 +20,7 @@
 /// Lever arms share the actual distance r in the ratio of the radii, so that angular momentum is
 /// conserved exactly and a pair that rotates as a rigid body does not slip.
 
-#include "defe/types.h"
+#include "defe/coupling/friction.h"
 
 namespace defe {
 
@@ -32,7 +31,6 @@ struct ContactParameters {
   double friction;       ///< Coulomb coefficient, >= 0
   /// Of critical damping, damping_ratio(restitution). Negative: found anew at every call, slow.
   double damping_ratio = -1.0;
-  double kt_slope = 0.0;    ///< kt'
 };
 
 struct ContactResult {
@@ -59,10 +57,10 @@ ContactParameters contact_parameters(double kn, double kt, double restitution, d
 /// \param contact_distance  of the centres at which contact begins: r_i + r_j, or less for spheres
 ///                          that overlap in the reference state
 /// \param reduced_mass      m_i m_j / (m_i + m_j)
-/// \param shear_history     tangential displacement, updated; start with 0. Reset when they separate.
+/// \param tangential        spring of i against j, updated; start with zeros. Reset when they separate.
 ContactResult sphere_contact(const Vec3 &xi_minus_xj, const Vec3 &v_rel, const Vec3 &omega_i,
                              const Vec3 &omega_j, double ri, double rj, double contact_distance,
-                             double reduced_mass, double dt, Vec3 &shear_history,
+                             double reduced_mass, double dt, TangentialSpring &tangential,
                              const ContactParameters &);
 
 }    // namespace defe

@@ -34,9 +34,8 @@ struct SphereOnDE {
 /// At a given overlap > 0.
 struct NormalSpring {
   double force, energy;
-  double kn;          ///< force over overlap
-  double kt;          ///< tangential stiffness that goes with it
-  double kt_slope;    ///< its derivative by the overlap, see contact_law.h
+  double kn;    ///< force over overlap
+  double kt;    ///< tangential stiffness that goes with it
   /// Of the damping ratio of the linear spring kn, so that the restitution is the same. With force = k g^n it is
   /// sqrt((1 + n)/2), exactly: g^((n+1)/2) over the time of which dt is g^((1-n)/2) is a linear damped oscillation.
   double damping_factor;

@@ -10,6 +10,7 @@
 /// until it has gone by itself, or is eased out.
 
 #include "defe/coupling/facet.h"
+#include "defe/coupling/friction.h"
 #include "defe/exact_sum.h"
 
 #include <cstdint>
@@ -69,13 +70,12 @@ struct SurfaceTables : ContactPairs {
 
 /// What a contact of a point with a part keeps from step to step. Plain data.
 struct ContactHistory {
-  double overlap;     ///< depth times area at the last step, offset included; of a sphere: depth
-  double offset;      ///< depth that pushes nothing
-  double shear[3];    ///< tangential displacement
-  double stored;      ///< energy of the tangential spring
-  double energy;      ///< without the spring, at the last step
-  double push;        ///< of an eased contact at the last step, on its offset
-  double eased;    ///< 1: the offset is an overlap from before the first step, which is eased out
+  double overlap;    ///< depth times area at the last step, offset included; of a sphere: depth
+  double offset;     ///< depth that pushes nothing
+  TangentialSpring tangential;
+  double energy;    ///< without the spring, at the last step
+  double push;      ///< of an eased contact at the last step, on its offset
+  double eased;     ///< 1: the offset is an overlap from before the first step, which is eased out
 };
 
 class ContactMemory {
