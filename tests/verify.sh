@@ -3,7 +3,7 @@
 # beside what is published, and writes a page with all plots, build/verification/index.html.
 #   tests/verify.sh [--fine] [--quick] [--list] [--page] [case...]
 # --fine  finer meshes, which may take an hour (else a case takes at most 10 minutes on two cores)
-# --quick without the cases that take minutes
+# --quick without the cases that take minutes, and without the finest meshes of the others
 # --list  the cases there are
 # --page  also puts the cases and their plots into lammps-package/doc: those that are not named as they ran last, those that were never
 #         run here as the page has them

@@ -2,6 +2,7 @@
 """The verification manual without LAMMPS: meshes of its plates, verdicts, its page."""
 
 import math
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -98,6 +99,13 @@ class Verdicts(unittest.TestCase):
         self.assertEqual([a.verdict(v) for v in (9.0, 11.01, math.nan, None)], ["within", "not within", "not within", "not within"])
         self.assertEqual(manual.Accept("x", "s", high=2.0).verdict(-5.0), "within")
         self.assertEqual(manual.Accept("x", "s", low=1.0, high=2.0).published(), "1 to 2")
+
+    def test_page_is_not_of_coarse_meshes(self):
+        with tempfile.TemporaryDirectory() as out:
+            command = [sys.executable, MANUAL / "manual.py", "--quick", "--page", "--lmp", "lmp", "--plugin", out, "--out", out]
+            done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--quick leaves out the finest meshes", done.stderr)
 
     def test_all_cases_are_whole(self):
         self.assertIn("branching_soda_lime", manual.cases())

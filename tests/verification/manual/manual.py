@@ -95,7 +95,7 @@ class Session:
     """What a case runs with: LAMMPS, its folder of results, and what it shows."""
 
     def __init__(self, name, options):
-        self.name, self.options, self.fine = name, options, options.fine
+        self.name, self.options, self.fine, self.quick = name, options, options.fine, options.quick    # quick: without the finest mesh
         self.folder = HERE / name
         self.out = options.out / name
         self.out.mkdir(parents=True, exist_ok=True)
@@ -404,12 +404,14 @@ def main():
     parser.add_argument("--plugin", type=os.path.abspath, required=True, help="folder of defeplugin.so")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--fine", action="store_true", help="finer meshes, may take an hour")
-    parser.add_argument("--quick", action="store_true", help="only the cases that are not marked as slow")
+    parser.add_argument("--quick", action="store_true", help="only the cases that are not marked as slow, without their finest meshes")
     parser.add_argument("--page", action="store_true", help="put the cases into lammps-package/doc, too; those that were never run here stay as they are there")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at the same time")
     parser.add_argument("--list", action="store_true")
     parser.add_argument("case", nargs="*")
     options = parser.parse_args()
+    if options.quick and (options.page or options.fine):
+        parser.error("--quick leaves out the finest meshes: leave it out for the page, and with --fine")
     if options.list:
         for name in cases():
             print(f"{name:24} {load(name).TITLE}")

@@ -23,6 +23,8 @@ ACCEPTANCE = [
 def run(s):
     meshes = [("2 mm", 2e-3, 0.0, 0.0), ("1 mm, turned by 45 degrees", 1e-3, 45.0, 0.0), ("1 mm", 1e-3, 0.0, 0.0),
               ("0.5 mm", 0.5e-3, 0.0, 0.0)]
+    if s.quick:
+        meshes.pop()
     if s.fine:
         meshes.append(("0.25 mm", 0.25e-3, 0.0, 0.0))
     jobs = [(m, "no") for m in meshes] + [(meshes[2], "all")]

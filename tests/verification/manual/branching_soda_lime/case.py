@@ -4,6 +4,7 @@ import numpy as np
 from manual import Accept, plt
 from plates import Crack, NotchedPlate, draw, stable_step, start_of_crack
 
+SLOW = True
 TITLE = "Branching of a crack in soda-lime glass under three loads"
 BOBARU = "Bobaru and Zhang, Int. J. Fracture 196 (2015) 59; decks of PDMATLAB2D and PeriFast"
 

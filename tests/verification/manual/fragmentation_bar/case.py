@@ -23,7 +23,7 @@ ACCEPTANCE.append(Accept("largest rise of the total energy", "exact", high=0.1, 
 
 
 def run(s):
-    sizes = [0.2e-3, 0.1e-3, 0.05e-3]
+    sizes = [0.2e-3, 0.1e-3] if s.quick else [0.2e-3, 0.1e-3, 0.05e-3]
     if s.fine:
         sizes.append(0.025e-3)
     jobs = [(h, rate, "no") for h in sizes for rate in RATES] + [(sizes[1], 1e4, "all")]

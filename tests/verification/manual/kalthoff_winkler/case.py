@@ -21,26 +21,27 @@ ACCEPTANCE = [
 
 def run(s):
     # whole numbers of elements between the notch and the plane of symmetry
-    meshes = [("5 mm", 5e-3, 0.0, 0.0), ("2.5 mm", 2.5e-3, 0.0, 0.0), ("1.25 mm", 1.25e-3, 0.0, 0.0),
-              ("1.25 mm, nodes moved by 20 %", 1.25e-3, 0.0, 0.2)]
-    main = meshes[2][0]
+    meshes = [("5 mm", 5e-3, 0.0, 0.0), ("2.5 mm", 2.5e-3, 0.0, 0.0)] + ([] if s.quick else [("1.25 mm", 1.25e-3, 0.0, 0.0)])
+    main, h = meshes[-1][:2]
+    moved = f"{main}, nodes moved by 20 %"
+    meshes.append((moved, h, 0.0, 0.2))
     if s.fine:
         meshes.append(("0.625 mm", 0.625e-3, 0.0, 0.0))
         main = meshes[-1][0]
     jobs = [(m, "no") for m in meshes] + [(meshes[1], "all")]
 
     def one(job):
-        (label, h, lattice, moved), start = job
+        (label, h, lattice, share), start = job
         name = f"{label.replace(' ', '').replace(',', '_').replace('%', '')}_{start}"
-        plate = NotchedPlate(0.1, 0.1, h, 0.05, h, lattice, moved, below=0.025)
+        plate = NotchedPlate(0.1, 0.1, h, 0.05, h, lattice, share, below=0.025)
         layer = 2.5e-3
         plate.held = (plate.mesh.centre[:, 0] < -0.05 + layer + h) | (plate.mesh.centre[:, 1] < plate.low + 1.05 * max(layer, 0.5 * h))
         plate.held &= plate.mesh.centre[:, 1] < 0.0
         plate.write(s.path(name + ".data"))
-        dt = stable_step(E, NU, RHO, h) * (0.5 if moved else 1.0)
+        dt = stable_step(E, NU, RHO, h) * (0.5 if share else 1.0)
         steps = int(END / dt)
         s.lammps("in.kalthoff", name, mesh=name + ".data", speed=SPEED, young=E, nu=NU, rho=RHO, sigma=SIGMA_T, gf=GF, start=start,
-                 dt=dt, steps=steps, every=max(1, steps // 100), skin=0.15 * h, left=-0.05, low=plate.low + (moved + 0.01) * h, layer=layer,
+                 dt=dt, steps=steps, every=max(1, steps // 100), skin=0.15 * h, left=-0.05, low=plate.low + (share + 0.01) * h, layer=layer,
                  **plate.mesh.box())
         s.path(name + ".data").unlink()
         return name, plate, Crack(s.path(name + ".events"), 0.0, h / 2), dt
@@ -89,5 +90,5 @@ def run(s):
         "start of the crack": crack.start() * 1e6,
         "speed over Rayleigh's (2803 m/s)": speed(crack) / 2803.0,
         "largest rise of the total energy, regular meshes": 100 * max(s.energies(f[0]).rise() for (m, _), f in found.items() if "moved" not in m),
-        "largest rise of the total energy, nodes moved": 100 * s.energies(found[(meshes[3][0], "no")][0]).rise(),
+        "largest rise of the total energy, nodes moved": 100 * s.energies(found[(moved, "no")][0]).rise(),
     }
