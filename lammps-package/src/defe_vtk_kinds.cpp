@@ -20,6 +20,7 @@
 #include "update.h"
 
 #include <algorithm>
+#include <tuple>
 
 using namespace LAMMPS_NS;
 using defe::VtkGrid;
@@ -97,6 +98,14 @@ void DefeVtkKind::init()
   }
 }
 
+void DefeVtkKind::sort_by_tag(std::vector<int> &atoms) const
+{
+  const auto *tag = atom->tag;
+  std::sort(atoms.begin(), atoms.end(), [tag](int i, int j) {
+    return tag[i] < tag[j];
+  });
+}
+
 bigint DefeVtkKind::before_me(size_t mine) const
 {
   const auto n = static_cast<bigint>(mine);
@@ -144,7 +153,8 @@ void DefeVtkElements::add_computes()
 }
 
 /* ----------------------------------------------------------------------
-   elements of this rank that are written, in the order of the compute
+   elements of this rank that are written, by their ID: the order of atoms changes, and what stays as it was
+   is not written again
 ------------------------------------------------------------------------- */
 
 void DefeVtkElements::find_hexes(Region *region)
@@ -159,6 +169,7 @@ void DefeVtkElements::find_hexes(Region *region)
       row++;
       if (region && !region->match(rows[row][0], rows[row][1], rows[row][2])) continue;
       Hex hex;
+      hex.id = h.id;
       hex.row = row;
       if (!sys->elements.local_hex(h, i, hex.node.data()))
         error->one(FLERR, "Fix defe/vtk: a node of element {} is missing at step {}: it was lost",
@@ -167,6 +178,9 @@ void DefeVtkElements::find_hexes(Region *region)
       hexes.push_back(hex);
     }
   }
+  std::sort(hexes.begin(), hexes.end(), [](const Hex &a, const Hex &b) {
+    return a.id < b.id;
+  });
 }
 
 /* ----------------------------------------------------------------------
@@ -177,14 +191,16 @@ void DefeVtkElements::add_nodes(VtkGrid &grid)
 {
   comm->reverse_comm(host);
   number.assign(atom->nlocal + atom->nghost, -1);
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!used[i]) continue;
+  std::vector<int> mine;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (used[i]) mine.push_back(i);
+  sort_by_tag(mine);
+  for (int i : mine) {
     number[i] = static_cast<bigint>(grid.npoints());
     add_node(i, grid);
   }
   const bigint before = before_me(grid.npoints());
-  for (int i = 0; i < atom->nlocal; i++)
-    if (used[i]) number[i] += before;
+  for (int i : mine) number[i] += before;
   comm->forward_comm(host);
 }
 
@@ -335,12 +351,16 @@ void DefeVtkSpheres::collect(Region *region, VtkGrid &grid)
   }
   compute(0).compute_peratom();
   if (has(FRAGMENT)) compute(1).compute_peratom();
+  std::vector<int> mine;
   for (int i = 0; i < atom->nlocal; i++) {
     const double *x = atom->x[i];
     if (!(atom->mask[i] & host->groupbit) || atom->radius[i] == 0.0) continue;
-    if (region && !region->match(x[0], x[1], x[2])) continue;
+    if (!region || region->match(x[0], x[1], x[2])) mine.push_back(i);
+  }
+  sort_by_tag(mine);
+  for (int i : mine) {
     double whole[3];
-    domain->unmap(x, atom->image[i], whole);
+    domain->unmap(atom->x[i], atom->image[i], whole);
     grid.add_point(whole);
     add_values(i, grid);
   }
@@ -378,9 +398,13 @@ void DefeVtkJoints::collect(Region *region, VtkGrid &grid)
   }
   compute(0).compute_local();
   const auto *rows = compute(0).array_local;
-  for (int r = 0; r < compute(0).size_local_rows; r++) {
-    const double *row = rows[r];
-    if (region && !region->match(row[0], row[1], row[2])) continue;
+  std::vector<const double *> mine;
+  for (int r = 0; r < compute(0).size_local_rows; r++)
+    if (!region || region->match(rows[r][0], rows[r][1], rows[r][2])) mine.push_back(rows[r]);
+  std::sort(mine.begin(), mine.end(), [](const double *a, const double *b) {
+    return std::tie(a[ID1], a[ID2], a[KIND]) < std::tie(b[ID1], b[ID2], b[KIND]);
+  });
+  for (const double *row : mine) {
     const int i = atom->map(static_cast<tagint>(row[ID1]));
     const double *end = row;    // of a tie: the point on the face
     if (static_cast<int>(row[KIND]) == DefeJoint::DE)

@@ -48,7 +48,7 @@ class DefeVtkKind : protected Pointers {
   /** Before a run: fix defe may be another one than before, and computes can be deleted by the script. */
   void init();
 
-  /** Collective; what lies in the region, if there is one. */
+  /** Collective; what lies in the region, if there is one. Each rank has its own by their IDs. */
   virtual void collect(Region *, defe::VtkGrid &) = 0;
 
   virtual int pack_forward(int n, const int *list, double *buf);
@@ -65,7 +65,8 @@ class DefeVtkKind : protected Pointers {
   bool has(int field) const;
   void add_compute(const std::string &group, const std::string &style_and_values);
   Compute &compute(int k) const { return *computes[k]; }    // in the order in which they were added
-  bigint before_me(std::size_t mine) const;                 // sum over the ranks before this one
+  void sort_by_tag(std::vector<int> &atoms) const;
+  bigint before_me(std::size_t mine) const;    // sum over the ranks before this one
 
  private:
   std::vector<std::string> compute_ids;
@@ -100,6 +101,7 @@ class DefeVtkElements : public DefeVtkKind {
   };
 
   struct Hex {
+    tagint id;
     int row;    // of the compute
     std::array<int, 8> node;
   };

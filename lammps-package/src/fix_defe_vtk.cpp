@@ -172,7 +172,8 @@ void FixDefeVTK::write()
     active = k.get();
     defe::VtkGrid grid;
     k->collect(region, grid);
-    const std::string complaint = write_vtk_file(series->file(k->name, step), grid, world);
+    const std::string complaint =
+        write_vtk_file(series->file(k->name, step), grid, written[k->name], world);
     if (!complaint.empty()) error->all(FLERR, "Fix defe/vtk: {}", complaint);
   }
   series->add(step, update->atime + (step - update->atimestep) * update->dt);

@@ -15,8 +15,11 @@ FixStyle(defe/vtk,FixDefeVTK);
 
 #include "fix.h"
 
+#include "defe_vtk_file.h"
+
 #include "defe/coupling/vtk_series.h"
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -48,6 +51,8 @@ class FixDefeVTK : public Fix {
   std::vector<std::unique_ptr<DefeVtkKind>> kinds;
   DefeVtkKind *active = nullptr;    // whose data are communicated
   std::unique_ptr<defe::VtkSeries> series;
+  std::map<std::string, VtkWritten>
+      written;    // of each kind, by this fix: not that of an earlier run
 
   void check_base() const;
   void parse(int narg, char **arg);

@@ -10,6 +10,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 
 using namespace defe::test;
@@ -288,6 +289,77 @@ TEST(Vtk, ASeriesIsBegunAnew)
   const std::string list = contents("other_elements.hdf.series");
   EXPECT_THAT(list, HasSubstr("other_elements_12.hdf"));
   EXPECT_EQ(list.find("_elements_0.hdf"), std::string::npos);
+  MPI_Barrier(MPI_COMM_WORLD);
+}
+
+// Elements are written again when some have converted, or when others are on a rank; what did not change is in one file.
+// Atoms are sorted in between, which must not matter.
+TEST(Vtk, WhatDidNotChangeIsWrittenOnce)
+{
+  Lammps lmp;
+  const Block block = cracking_beam();
+  lmp.commands(block.script() + "atom_modify sort 1 0\n" +
+               vtk("once", 2, "elements spheres id radius"));
+  bend(lmp, block, 3.0);
+  lmp.run(40);
+  const auto file = [](const std::string &kind, int step) {
+    return VtkFile("once_" + kind + "_" + std::to_string(step) + ".hdf");
+  };
+  const std::vector<std::string> mesh = {"Connectivity", "Offsets",       "Types",
+                                         "CellData/id",  "CellData/part", "PointData/node"};
+  std::string origin = "once_elements_0.hdf";
+  int changes = 0, same = 0;
+  for (int step = 0; step <= 40; step += 2) {
+    const VtkFile now = file("elements", step);
+    const VtkFile before = file("elements", std::max(step - 2, 0));
+    const bool changed = now.at("CellData/id") != before.at("CellData/id") ||
+        now.at("PointData/node") != before.at("PointData/node");
+    if (changed) origin = "once_elements_" + std::to_string(step) + ".hdf";
+    (changed ? changes : same)++;
+    for (const auto &name : mesh) {
+      if (changed) continue;
+      EXPECT_EQ(now.at(name), before.at(name)) << step << " " << name;
+      if (step > 0) { EXPECT_NE(now.file_of(name), "") << step << " " << name; }
+    }
+    if (changed) { EXPECT_EQ(now.file_of("CellData/id"), "") << step; }
+    if (!changed && step > 0) { EXPECT_EQ(now.file_of("CellData/id"), origin); }
+    if (step > 0) {
+      EXPECT_EQ(now.file_of("Points"), "");
+      EXPECT_EQ(now.file_of("PointData/velocity"), "");
+    }
+  }
+  EXPECT_GT(changes, 2);
+  EXPECT_GT(same, 3);
+  // spheres: those of the last conversion
+  const VtkFile last = file("spheres", 40), before = file("spheres", 38);
+  if (last.at("PointData/id") == before.at("PointData/id")) {
+    EXPECT_NE(last.file_of("PointData/radius"), "");
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+}
+
+// A run that goes on from a restart file refers to its own files alone: an earlier run may have written others.
+TEST(Vtk, ARunRefersToItsOwnFiles)
+{
+  const Block block = cracking_beam();
+  {
+    Lammps lmp;
+    lmp.commands(block.script() + vtk("own", 2));
+    lmp.run(4);
+    lmp.command("write_restart own.restart");
+    lmp.run(4);
+    EXPECT_EQ(VtkFile("own_elements_6.hdf").file_of("Connectivity"), "own_elements_0.hdf");
+  }
+  Lammps lmp;
+  lmp.commands(block.header() + "read_restart own.restart\n" + block.fix_only() + block.motion() +
+               vtk("own", 2));
+  lmp.run(4);
+  MPI_Barrier(MPI_COMM_WORLD);
+  EXPECT_EQ(VtkFile("own_elements_6.hdf").file_of("Connectivity"), "");
+  EXPECT_EQ(VtkFile("own_elements_8.hdf").file_of("Connectivity"), "own_elements_6.hdf");
+  EXPECT_EQ(VtkFile("own_elements_8.hdf").at("Connectivity"),
+            VtkFile("own_elements_4.hdf").at("Connectivity"));
+  EXPECT_THAT(contents("own_elements.hdf.series"), HasSubstr("own_elements_8.hdf"));
   MPI_Barrier(MPI_COMM_WORLD);
 }
 

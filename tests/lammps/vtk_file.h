@@ -40,6 +40,12 @@ class VtkFile {
   }
   double cell(const std::string &name, std::size_t c) const { return at("CellData/" + name)[c]; }
   double point(const std::string &name, std::size_t p) const { return at("PointData/" + name)[p]; }
+  /// The file that a data set is in, if it is another one.
+  std::string file_of(const std::string &name) const
+  {
+    const auto found = links.find(name);
+    return found == links.end() ? "" : found->second;
+  }
   const double *xyz(std::size_t p) const { return &at("Points")[3 * p]; }
   /// Corner a of cell c.
   std::size_t corner(std::size_t c, int a) const
@@ -50,6 +56,7 @@ class VtkFile {
 
  private:
   std::map<std::string, std::vector<double>> sets;
+  std::map<std::string, std::string> links;
   std::vector<std::string> names;
 
   static herr_t note_name(hid_t, const char *name, const H5L_info_t *, void *self)
@@ -60,6 +67,15 @@ class VtkFile {
 
   void read(hid_t file, const std::string &name)
   {
+    H5L_info_t info;
+    H5Lget_info(file, ("VTKHDF/" + name).c_str(), &info, H5P_DEFAULT);
+    if (info.type == H5L_TYPE_EXTERNAL) {
+      std::vector<char> value(info.u.val_size);
+      H5Lget_val(file, ("VTKHDF/" + name).c_str(), value.data(), value.size(), H5P_DEFAULT);
+      const char *other = nullptr;
+      H5Lunpack_elink_val(value.data(), value.size(), nullptr, &other, nullptr);
+      links[name] = other;
+    }
     const hid_t set = H5Dopen2(file, ("VTKHDF/" + name).c_str(), H5P_DEFAULT);
     if (set < 0) throw std::runtime_error("no data set " + name);
     const hid_t space = H5Dget_space(set);

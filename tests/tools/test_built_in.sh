@@ -17,7 +17,7 @@ done
 "$project/tools/into-lammps" "$folder/tree"
 cmake -S "$folder/tree/cmake" -B "$folder/build" -D CMAKE_BUILD_TYPE=Release -D BUILD_OMP=OFF -D WITH_JPEG=OFF \
   -D WITH_CURL=OFF -D BUILD_SHARED_LIBS=ON -D PKG_RIGID=ON -D PKG_GRANULAR=ON -D PKG_PLUGIN=ON -D PKG_DEFE=ON >"$folder/log.txt" 2>&1 &&
-  cmake --build "$folder/build" --parallel 2 --target lmp >>"$folder/log.txt" 2>&1 ||
+  cmake --build "$folder/build" --parallel "${CMAKE_BUILD_PARALLEL_LEVEL:-2}" --target lmp >>"$folder/log.txt" 2>&1 ||
   { grep -A 8 -E 'error|Error' "$folder/log.txt" | head -n 40 >&2; fail "LAMMPS with DEFE does not build; the log is $folder/log.txt"; }
 built=$folder/build/lmp
 cd "$folder"

@@ -13,7 +13,7 @@ fail() { echo "test_portable.sh: $*" >&2; exit 1; }
 
 mkdir -p "$build"
 cmake -S "$project" -B "$build" -D CMAKE_BUILD_TYPE=Release -D DEFE_PORTABLE=ON -D DEFE_TESTS=OFF \
-  -D "LAMMPS_BINARY_DIR=$lammps" >"$build/log.txt" 2>&1 && cmake --build "$build" --parallel 2 >>"$build/log.txt" 2>&1 ||
+  -D "LAMMPS_BINARY_DIR=$lammps" >"$build/log.txt" 2>&1 && cmake --build "$build" --parallel "${CMAKE_BUILD_PARALLEL_LEVEL:-2}" >>"$build/log.txt" 2>&1 ||
   { grep -A 8 -E 'error|Error' "$build/log.txt" | head -n 40 >&2; fail "it does not build; the log is $build/log.txt"; }
 cd "$work"
 lmp=$lammps/lmp plugin=$build/defeplugin.so
