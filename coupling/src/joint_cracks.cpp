@@ -217,6 +217,7 @@ void JointCracks::resolve()
     if (there >= 0 && id[ds / 6] < id[there / 6]) state[there] = state[ds];
   }
   growth.reset(lattice());
+  moved_.clear();
   coming.clear();
   parting.clear();
   cutting.clear();
@@ -349,7 +350,7 @@ CrackForces JointCracks::look(int joint, const CohesiveParameters &par, CrackJoi
                       Vec3::Zero(), moduli[jt.material[joint / 6]], par);
 }
 
-bool JointCracks::rests(int joint, signed char &plane, double dt)
+bool JointCracks::rests(int joint, JointCrack *crack, signed char &plane, double dt) const
 {
   // before a run, what rested in the last step still does
 
@@ -357,7 +358,7 @@ bool JointCracks::rests(int joint, signed char &plane, double dt)
   if (!(dt > 0.0)) return true;
   if (plane < 0) {
     plane++;
-    crack_turn(find(joint)->law, spin_of(joint, dt));
+    crack_turn(crack->law, spin_of(joint, dt));
   } else
     plane--;
   return true;
@@ -569,6 +570,7 @@ void JointCracks::decide()
       continue;
     forget(joint);
     host.cracks_of(joint / 6).push_back(crack);
+    moved_.push_back(joint / 6);
     started.push_back(joint);
     remember(joint, start.memory);
   }
@@ -637,6 +639,7 @@ void JointCracks::forget(int joint)
 {
   auto *list = host.find_cracks(joint / 6);
   if (!list) return;
+  moved_.push_back(joint / 6);
   list->erase(std::remove_if(list->begin(), list->end(),
                              [joint](const JointCrack &c) {
                                return c.slot == joint % 6;

@@ -4,6 +4,8 @@
 
 #include "defe/coupling/conversion.h"
 
+#include "prefetch.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -42,8 +44,14 @@ void JointStates::without_connective()
 
 void JointStates::gather(ForceSums &sums)
 {
+  constexpr int ahead = 4;
   above.clear();
-  for (int d = 0; d < jt.nde; ++d) gather(d, sums);
+  for (int d = 0; d < jt.nde; ++d) {
+    if (d + ahead < jt.nde)
+      for (int other : jt.partner[d + ahead])
+        if (other >= 0) __builtin_prefetch(&jt.half_force[other / 6][3 * (other % 6)]);
+    gather(d, sums);
+  }
   // strain energy of DEs after their conversion, to compare with that before
   for (int d : jt.newborn) ledger.conv_strain -= jt.energy[d];
 }
@@ -125,40 +133,83 @@ SofteningJoint JointStates::softening(JointRecord &slot)
 /// Each by the rank of its lower ID.
 void JointStates::soften(ForceSums &sums)
 {
+  constexpr std::size_t ahead = 4;
   jt.debonded.clear();
   if (cracks_) take_over_cracks();
+  list_softening();
   find_awake();
-  const auto ended = [this](int ds) {
-    const JointRecord &slot = jt.record(ds);
-    return slot.state != joint::COHESIVE && !slot.plane;
-  };
   bool any_ended = false;
-  for (int ds : awake) {
+  for (std::size_t n = 0; n < awake.size(); ++n) {
+    if (n + ahead < awake.size()) {
+      const Softening &next = softening_list[awake[n + ahead]];
+      prefetch(next.record);
+      prefetch(next.crack);
+    }
+    const int ds = jt.cohesive[awake[n]];
+    Softening &one = softening_list[awake[n]];
     const int d = ds / 6, s = ds % 6;
-    if (jt.record(ds).kind == joint::TIE)
+    if (one.record->kind == joint::TIE)
       soften_tie(d, s, sums);
-    else if (by_crack(d, s))
-      soften_crack(d, s, sums);
+    else if (one.crack)    // another one of this DE may have come to its end a moment ago
+      soften_crack(d, s, (cracks_->moved().empty() ? one.crack : cracks_->find(ds))->law, sums);
     else
       soften_joint(d, s, sums);
-    any_ended = any_ended || ended(ds);
+    one.plane = one.record->plane;
+    any_ended = any_ended || jt.state[ds] == joint::CONTACT;
   }
-  if (!any_ended) return;
-  jt.cohesive.erase(std::remove_if(jt.cohesive.begin(), jt.cohesive.end(), ended),
-                    jt.cohesive.end());
+  if (any_ended) forget_ended();
+}
+
+/// Those that are new since the last step; and where the cracks of a DE are now, if there is one more or less.
+void JointStates::list_softening()
+{
+  const auto crack_of = [this](int ds) {
+    return by_crack(ds / 6, ds % 6) ? cracks_->find(ds) : nullptr;
+  };
+  if (cracks_ && !cracks_->moved().empty()) {
+    has_moved.resize(jt.nde, 0);
+    for (int d : cracks_->moved()) has_moved[d] = 1;
+    for (std::size_t k = 0; k < softening_list.size(); ++k)
+      if (has_moved[jt.cohesive[k] / 6]) softening_list[k].crack = crack_of(jt.cohesive[k]);
+    for (int d : cracks_->moved()) has_moved[d] = 0;
+    cracks_->forget_moved();
+  }
+  for (std::size_t k = softening_list.size(); k < jt.cohesive.size(); ++k) {
+    JointRecord &slot = jt.record(jt.cohesive[k]);
+    softening_list.push_back({&slot, crack_of(jt.cohesive[k]), slot.plane});
+  }
 }
 
 /// All that soften, and the planes of broken ones that may be closed.
 void JointStates::find_awake()
 {
   awake.clear();
-  for (int ds : jt.cohesive)
-    if (!cracks_ || !cracks_->rests(ds, jt.record(ds).plane, dt)) awake.push_back(ds);
-  if (!cracks_) return;
   cut_by_cracks.clear();
-  for (int ds : awake)
-    if (by_crack(ds / 6, ds % 6)) cut_by_cracks.push_back(ds);
-  cracks_->know(cut_by_cracks);
+  const int n = static_cast<int>(jt.cohesive.size());
+  for (int k = 0; k < n; ++k) {
+    const int ds = jt.cohesive[k];
+    Softening &one = softening_list[k];
+    if (cracks_ && cracks_->rests(ds, one.crack, one.plane, dt)) {
+      one.record->plane = one.plane;
+      continue;
+    }
+    awake.push_back(k);
+    if (one.crack) cut_by_cracks.push_back(ds);
+  }
+  if (cracks_) cracks_->know(cut_by_cracks);
+}
+
+/// Those that are broken, and that no plane takes any more.
+void JointStates::forget_ended()
+{
+  std::size_t left = 0;
+  for (std::size_t k = 0; k < jt.cohesive.size(); ++k) {
+    if (jt.state[jt.cohesive[k]] == joint::CONTACT) continue;
+    jt.cohesive[left] = jt.cohesive[k];
+    softening_list[left++] = softening_list[k];
+  }
+  jt.cohesive.resize(left);
+  softening_list.resize(left);
 }
 
 void JointStates::book(const SofteningStep &step)
@@ -253,11 +304,10 @@ void JointStates::take_over_cracks()
 }
 
 /// A softening joint, or the closed plane of a broken one.
-void JointStates::soften_crack(int d, int s, ForceSums &sums)
+void JointStates::soften_crack(int d, int s, CrackJoint &law, ForceSums &sums)
 {
   const int ds = 6 * d + s;
   JointRecord &slot = jt.record(ds);
-  CrackJoint &law = cracks_->find(ds)->law;
   const JointCoeff &coeff = laws.of(particles.type[jt.self[d]], particles.type[jt.nb[d][s]]);
   const auto r =
       cracks_->advance(ds, law, coeff.cohesive, laws.with_contact ? coeff.friction : 0.0, dt);

@@ -107,6 +107,7 @@ void JointStates::new_tables()
 {
   const std::array<double, 6> never = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
   threshold.assign(jt.nde, never);
+  softening_list.clear();
   decided_elsewhere.clear();
   if (!laws.with_cohesive) return;
   for (int d = 0; d < jt.nde; ++d)

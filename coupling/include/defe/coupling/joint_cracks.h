@@ -82,9 +82,9 @@ class JointCracks {
 
   /// JointRecord::plane of a broken joint that has just been computed.
   signed char resting(int joint, const CrackJoint &, double dt) const;
-  /// Whether the plane of a broken joint is open for this step, by what resting() has found before. One that turns
-  /// with the spins does so.
-  bool rests(int joint, signed char &plane, double dt);
+  /// Whether the plane of a broken joint is open for this step, by what resting() has found before: then it is one step
+  /// nearer to the end of its rest. One that turns with the spins does so.
+  bool rests(int joint, JointCrack *, signed char &plane, double dt) const;
   /// \param friction  of a broken plane; \param dt  0 before a run
   CrackForces advance(int joint, CrackJoint &, const CohesiveParameters &, double friction,
                       double dt);
@@ -134,6 +134,9 @@ class JointCracks {
   double release(int d, unsigned leaving, double share[6]) const;
   JointCrack *find(int joint) const;
   void forget(int joint);
+  /// DEs whose cracks are at other places in memory than before, since new tables or forget_moved().
+  const std::vector<int> &moved() const { return moved_; }
+  void forget_moved() { moved_.clear(); }
 
   double memory_usage() const;
 
@@ -177,6 +180,7 @@ class JointCracks {
   std::unordered_map<int, CrackStress> foreign;
   std::unordered_map<int, CrackMemory> memories;
   void remember(int joint, const CrackMemory &);
+  std::vector<int> moved_;
 
   struct End {
     Vec3 dX[6], y[6];

@@ -134,10 +134,20 @@ class JointStates {
   /// By slot: square of the force below which the strength cannot be reached; infinite where there is no
   /// joint to decide on, or where the other side decides.
   std::vector<std::array<double, 6>> threshold;
-  std::vector<int> above;                   // joints with more force than that
-  std::vector<int> decided_elsewhere;       // joints whose state another rank decides
-  std::vector<int> taking_over;             // joints that a crack has cut in this step
-  std::vector<int> awake, cut_by_cracks;    // softening joints and planes that are computed now
+  std::vector<int> above;                // joints with more force than that
+  std::vector<int> decided_elsewhere;    // joints whose state another rank decides
+  std::vector<int> taking_over;          // joints that a crack has cut in this step
+  /// What is asked in each step of the joints in JointTable::cohesive, in their order: their records are far apart in
+  /// memory, and most rest.
+  struct Softening {
+    JointRecord *record;
+    JointCrack *crack;    // null: none cuts it
+    signed char plane;    // as in the record
+  };
+  std::vector<Softening> softening_list;
+  std::vector<char> has_moved;    // by DE, while that list is brought up to date
+  std::vector<int> awake,
+      cut_by_cracks;    // softening joints and planes that are computed now: index in this list; joint
 
   std::vector<JointEvent> events_;
   std::vector<LooseDEs> broken_;
@@ -174,10 +184,12 @@ class JointStates {
   // forces: joint_forces.cpp
   void gather(int d, ForceSums &);
   void take_over_cracks();
+  void list_softening();
   void find_awake();
+  void forget_ended();
   void soften_tie(int d, int s, ForceSums &);
   void soften_joint(int d, int s, ForceSums &);
-  void soften_crack(int d, int s, ForceSums &);
+  void soften_crack(int d, int s, CrackJoint &, ForceSums &);
   void apply_crack(int d, int s, const CrackForces &, ForceSums &);
   void book(const SofteningStep &);
   Vec3 face_normal(int d, int s, const Vec3 &along) const;
