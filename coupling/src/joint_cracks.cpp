@@ -1,5 +1,7 @@
 #include "defe/coupling/joint_cracks.h"
 
+#include "prefetch.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -101,7 +103,9 @@ void JointCracks::prepare()
   key.assign(nall, 0);
   least_volume.clear();
   cuts.clear();
+  constexpr int ahead = 3;
   for (int d = 0; d < n; ++d) {
+    if (d + ahead < n) host.expect(d + ahead);
     const CrackDE r = host.describe(d);
     outer[d] = static_cast<unsigned char>(r.outer);
     turned[d] = r.turned;
@@ -313,7 +317,17 @@ void JointCracks::know(const std::vector<int> &joints)
   known_vectors.resize(std::max(n, known_vectors.size()));
   known_turns.resize(std::max(n, known_turns.size()));
   known_ends.clear();
-  for (size_t k = 0; k < n; ++k) known_ends.push_back(end(known_des[k], known_vectors[k]));
+  constexpr size_t ahead = 4;
+  for (size_t k = 0; k < n; ++k) {
+    if (k + 2 * ahead < n) prefetch(&partner[known_des[k + 2 * ahead]]);
+    if (k + ahead < n)
+      for (int there : partner[known_des[k + ahead]])
+        if (there >= 0) {
+          prefetch(X[there / 6].data());
+          prefetch(particles.at(jt.self[there / 6]));
+        }
+    known_ends.push_back(end(known_des[k], known_vectors[k]));
+  }
   de_rotations(static_cast<int>(n), known_ends.data(), known_turns.data());
   for (size_t k = 0; k < n; ++k) known_ends[k].turn = &known_turns[k];
 }
@@ -415,6 +429,14 @@ signed char JointCracks::resting(int joint, const CrackJoint &law, double dt) co
   const double steps = std::min(static_cast<double>(longest), 0.25 * gap / (closing * dt));
   const int rest = steps >= 1.0 ? static_cast<int>(2.0 + steps) : 1;
   return static_cast<signed char>(held ? rest : -rest);
+}
+
+void JointCracks::expect_resting(int joint) const
+{
+  for (int d : {joint / 6, other_end(joint) / 6})
+    for (int there : partner[d])
+      if (there >= 0)
+        __builtin_prefetch(particles.v + 3 * static_cast<std::ptrdiff_t>(jt.self[there / 6]));
 }
 
 /// Most by which the joints that a DE's rotation is taken from turn, per time.

@@ -144,6 +144,7 @@ void JointStates::soften(ForceSums &sums)
       const Softening &next = softening_list[awake[n + ahead]];
       prefetch(next.record);
       prefetch(next.crack);
+      if (next.plane != 0) cracks_->expect_resting(jt.cohesive[awake[n + ahead]]);
     }
     const int ds = jt.cohesive[awake[n]];
     Softening &one = softening_list[awake[n]];

@@ -1,5 +1,7 @@
 #include "surface_points.h"
 
+#include "defe/simd.h"
+
 #include <algorithm>
 #include <climits>
 #include <cmath>
@@ -176,7 +178,6 @@ void ContactPoints::find_near()
 
 int ContactPoints::group_from(int first)
 {
-  constexpr int most = 8;
   const double wide = 1.5 * facets->largest_extent();
   const bool nodes = points[first].de < 0;
   double lo[3], hi[3];
@@ -228,14 +229,74 @@ void ContactPoints::find_near_group(int first, int last)
         },
         group.radius);
   }
-  for (int n = first; n < last && !around.empty(); n++) {
+  if (around.empty()) return;
+  fill_lanes(first, last);
+  for (auto &left : of_lane) left.clear();
+  for (std::size_t k = 0; k < around.size(); k++)
+    for (unsigned lane = 0, left = within_reach(around[k]); left; lane++, left >>= 1)
+      if (left & 1u) of_lane[lane].push_back(static_cast<int>(k));
+  for (int n = first; n < last; n++) {
     const std::size_t before = near.size();
-    for (const Candidate &f : around) look_at(n, f);
+    for (int k : of_lane[n - first]) look_at(n, around[k]);
     if (near.size() > before + 1)
       std::sort(near.begin() + before, near.end(), [&](const auto &a, const auto &b) {
         return facets->by_identity(a.second, b.second);
       });
   }
+}
+
+void ContactPoints::fill_lanes(int first, int last)
+{
+  for (int l = 0; l < most; l++) {
+    const Point &p = points[std::min(first + l, last - 1)];
+    const double *x = scene->particles.at(p.particle);
+    for (int d = 0; d < 3; d++) lanes.x[d][l] = x[d];
+    lanes.r[l] = p.de < 0 ? p.aside : p.r;
+    lanes.aside[l] = p.aside;
+    lanes.behind[l] = p.de < 0 ? p.aside : 0.0;
+    lanes.reach[l] = first + l < last ? reach_of(p) : -HUGE_VAL;
+  }
+}
+
+/* ----------------------------------------------------------------------
+   for which of the lanes look_at() may say yes: all of them at once, and with some room for rounding. Most say no
+------------------------------------------------------------------------- */
+
+unsigned ContactPoints::within_reach(const Candidate &f) const
+{
+  using simd::Mask;
+  using simd::Pack;
+  constexpr double room = 1.0 + 1e-9;
+  static_assert(most % simd::width == 0);
+  const FacetPlane &plane = tables->planes[f.facet];
+  unsigned all = 0;
+  for (int first = 0; first < most; first += simd::width) {
+    const auto load = [first](const double *lane) {
+      return simd::generate([&](int l) {
+        return lane[first + l];
+      });
+    };
+    const Pack x = load(lanes.x[0]), y = load(lanes.x[1]), z = load(lanes.x[2]);
+    const Pack px = x - f.x[0], py = y - f.x[1], pz = z - f.x[2];
+    const Pack cut = 1.5 * f.extent + load(lanes.reach);
+    const Mask near = px * px + py * py + pz * pz <= cut * cut * room;
+    const Mask there = cut > 0.0;
+    if (!simd::any(near & there)) continue;
+    const Pack dx = x - plane.mid[0], dy = y - plane.mid[1], dz = z - plane.mid[2];
+    const auto along = [&](const Vec3 &v) {
+      return dx * v[0] + dy * v[1] + dz * v[2];
+    };
+    const Pack height = along(plane.normal), xi = simd::abs(along(plane.to_xi)),
+               eta = simd::abs(along(plane.to_eta));
+    const Pack moved = 0.5 * scene->skin * (2.0 + xi + eta);
+    const Pack aside = (load(lanes.aside) + moved) * room;
+    const Mask over = height <= (load(lanes.r) + moved) * room;
+    const Mask below = -height <= (0.75 * f.extent + load(lanes.behind) + moved) * room;
+    const Mask beside =
+        ((xi - 1.0) * plane.half_xi() <= aside) & ((eta - 1.0) * plane.half_eta() <= aside);
+    all |= simd::bits(near & there & over & below & beside) << first;
+  }
+  return all;
 }
 
 /* ----------------------------------------------------------------------

@@ -46,6 +46,12 @@ class ContactPoints {
     unsigned against;       // of all of them
   } group;
   std::vector<Candidate> around;    // all that points of a group may be near
+  static constexpr int most = 8;    // points of a group
+  /// The points of a group side by side; the last one pads.
+  struct Lanes {
+    double x[3][most], r[most], aside[most], behind[most], reach[most];
+  } lanes;
+  std::vector<int> of_lane[most];    // candidates that are left for each of them
   // for nodes and for DEs, one list for each class of sizes
   std::vector<List> lists[2];
   std::vector<std::vector<unsigned>>
@@ -57,6 +63,8 @@ class ContactPoints {
   void find_near();
   void look_at(int n, const Candidate &);
   int group_from(int first);
+  void fill_lanes(int first, int last);
+  unsigned within_reach(const Candidate &) const;
   double reach_of(const Point &) const;
   bool any_against(std::size_t list, int first, int last) const;
   void find_near_group(int first, int last);

@@ -317,10 +317,12 @@ void DefeConversion::ties_to_joints(const defe::ConversionPlan &plan)
   const auto ends = [&plan](const JointSlot &slot) {
     return slot.kind == DefeJoint::TIE && plan.converting(slot.other);
   };
-  for (int d = 0; d < sys.joints.nde; d++) {
-    if (d + 2 < sys.joints.nde) prefetch(sys.joints.rec[d + 2]);
+  int last = -1;
+  for (const auto &tied : sys.tables.tied()) {
+    const int d = tied.de;
+    if (d == last || !plan.converting(tied.element)) continue;
+    last = d;
     DERecord &r = *sys.joints.rec[d];
-    if (std::none_of(std::begin(r.slot), std::end(r.slot), ends)) continue;
     if (!r.newborn) sys.ledger.conv_strain += sys.tables.de_energy(d, sys.joints.present[d]);
     r.newborn = 1;
     for (auto &slot : r.slot) {

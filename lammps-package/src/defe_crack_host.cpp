@@ -32,6 +32,12 @@ defe::CrackDE DefeCrackHost::describe(int de) const
   return out;
 }
 
+void DefeCrackHost::expect(int de) const
+{
+  prefetch(sys.joints.rec[de]);
+  __builtin_prefetch(sys.store.contacts_of(sys.joints.self[de]));
+}
+
 std::vector<defe::JointCrack> *DefeCrackHost::find_cracks(int de) const
 {
   AtomContacts *t = sys.store.contacts_of(sys.joints.self[de]);

@@ -18,6 +18,7 @@ class DefeCrackHost : public defe::CrackHost, protected DefeComponent {
  public:
   using DefeComponent::DefeComponent;
   defe::CrackDE describe(int de) const override;
+  void expect(int de) const override;
   std::vector<defe::JointCrack> *find_cracks(int de) const override;
   std::vector<defe::JointCrack> &cracks_of(int de) override;
   int nearest(int de, std::int64_t id) const override;

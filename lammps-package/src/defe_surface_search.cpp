@@ -71,24 +71,25 @@ void DefeSurfaceSearch::gather_des()
   des.part.resize(jt.nde);
   des.area.resize(jt.nde);
   for (int d = 0; d < jt.nde; d++) {
-    des.part[d] = jt.rec[d]->part;
-    des.area[d] = jt.rec[d]->outer_area;
+    des.part[d] = jt.material[d];
+    des.area[d] = sys.tables.outer_area(d);
   }
 }
 
 bool DefeSurfaceSearch::Ties::lasting(int de, int part, std::int64_t element) const
 {
   const auto &jt = sys.joints;    // on this rank DEs of the scene are those of the joint table
-  return !born_loose && !sys.model.adhesive_of(jt.rec[de]->part, part) &&
+  return !born_loose && !sys.model.adhesive_of(jt.material[de], part) &&
       jt.tied(jt.self[de], static_cast<tagint>(element));
 }
 
 double DefeSurfaceSearch::Ties::tied_face(int de, int part) const
 {
   double nearest = HUGE_VAL;
-  for (const auto &slot : sys.joints.rec[de]->slot)
-    if (slot.kind == DefeJoint::TIE && slot.part == part)
-      nearest = std::min(nearest, Vec3(slot.face).dot(Vec3(slot.normal)));
+  for (int k = sys.tables.first_tied(de); k < sys.tables.first_tied(de + 1); k++) {
+    const auto &tied = sys.tables.tied()[k];
+    if (tied.part == part) nearest = std::min(nearest, tied.distance);
+  }
   return nearest;
 }
 

@@ -46,6 +46,7 @@ void DefeTables::forget()
 {
   sys.tied.forget();
   sys.joints.clear();
+  tied_.clear();
   sys.surface.forget();
 }
 
@@ -68,6 +69,7 @@ void DefeTables::update_frames()
   outer.reach.assign(nall, 0.0);
   outer.length.assign(nall, 0.0);
   for (int i = 0; i < nlocal; i++) {
+    if (i + 6 < nlocal) __builtin_prefetch(sys.store.de(i + 6));
     const DERecord *r = sys.store.de(i);
     if (!r) continue;
     outer.reach[i] = r->outer_distance;
@@ -107,6 +109,9 @@ void DefeTables::build_joints()
   auto &jt = sys.joints;
   const int nlocal = atom->nlocal;
   jt.clear();
+  tied_.clear();
+  first_tied_.assign(1, 0);
+  outer_area_.clear();
   jt.of_atom.assign(nlocal + atom->nghost, -1);
   if (sys.census.des() == 0) return;
   std::vector<Draft> ortho, general;
@@ -215,9 +220,12 @@ void DefeTables::fill_slots(int d)
   auto &jt = sys.joints;
   DERecord &r = *jt.rec[d];
   jt.material[d] = static_cast<unsigned char>(r.part);
+  outer_area_.push_back(r.outer_area);
   if (r.newborn) jt.newborn.push_back(d);
   for (int s = 0; s < 6; s++) {
     const JointSlot &slot = r.slot[s];
+    if (slot.kind == DefeJoint::TIE)
+      tied_.push_back({d, slot.part, slot.other, Vec3(slot.face).dot(Vec3(slot.normal))});
     jt.partner[d][s] = -1;
     jt.state[6 * d + s] = slot.plane ? DefeJoint::PLANE : slot.state;
     jt.area[d][s] = slot.area;
@@ -236,6 +244,7 @@ void DefeTables::fill_slots(int d)
         (slot.kind == DefeJoint::TIE || atom->tag[jt.self[d]] < slot.other))
       jt.cohesive.push_back(6 * d + s);
   }
+  first_tied_.push_back(static_cast<int>(tied_.size()));
 }
 
 void DefeTables::add_tie(int d, int s)

@@ -30,6 +30,18 @@ class DefeTables : protected DefeComponent {
   const std::vector<double> &outer_reach() const { return outer.reach; }
   const std::vector<double> &outer_length() const { return outer.length; }
 
+  // what joints were ties from the start of a DE, broken ones too: few, while its record is large and far away
+
+  struct Tied {
+    int de;
+    int part;    // of the element
+    tagint element;
+    double distance;    // of the face
+  };
+  const std::vector<Tied> &tied() const { return tied_; }    // by DE
+  int first_tied(int d) const { return first_tied_[d]; }     // up to the number of DEs
+  double outer_area(int d) const { return outer_area_[d]; }
+
   /** Strain energy of the corners of DE d with these joints; at the end the force on it by each joint. */
   double de_energy(int d, unsigned present) const;
 
@@ -49,6 +61,9 @@ class DefeTables : protected DefeComponent {
   void list_des(const std::vector<Draft> &ortho, const std::vector<Draft> &general);
   void fill_slots(int d);
   void add_tie(int d, int s);
+  std::vector<Tied> tied_;
+  std::vector<int> first_tied_;
+  std::vector<double> outer_area_;
 
   class Outer : public DefeMessage {
    public:

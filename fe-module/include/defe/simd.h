@@ -97,6 +97,22 @@ DEFE_INLINE bool any(const Mask &m)
 #endif
 }
 
+/// Bit l: the condition holds in lane l.
+DEFE_INLINE unsigned bits(const Mask &m)
+{
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+  return _mm512_movepi64_mask(reinterpret_cast<__m512i>(m));
+#elif defined(__AVX__)
+  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(m)));
+#elif defined(__SSE2__)
+  return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(m)));
+#else
+  unsigned all = 0;
+  for (int l = 0; l < width; ++l) all |= m[l] ? 1u << l : 0u;
+  return all;
+#endif
+}
+
 }    // namespace defe::simd
 
 #endif

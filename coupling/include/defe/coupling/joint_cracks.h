@@ -32,6 +32,8 @@ struct CrackDE {
 class CrackHost {
  public:
   virtual CrackDE describe(int de) const = 0;
+  /// describe(de) comes soon: a hint to fetch its record.
+  virtual void expect(int /*de*/) const {}
   /// Cracks of an owned DE, null: it has none; and the same, made if there are none.
   virtual std::vector<JointCrack> *find_cracks(int de) const = 0;
   virtual std::vector<JointCrack> &cracks_of(int de) = 0;
@@ -82,6 +84,8 @@ class JointCracks {
 
   /// JointRecord::plane of a broken joint that has just been computed.
   signed char resting(int joint, const CrackJoint &, double dt) const;
+  /// A hint that this comes soon.
+  void expect_resting(int joint) const;
   /// Whether the plane of a broken joint is open for this step, by what resting() has found before: then it is one step
   /// nearer to the end of its rest. One that turns with the spins does so.
   bool rests(int joint, JointCrack *, signed char &plane, double dt) const;
