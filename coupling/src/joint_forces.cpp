@@ -175,7 +175,14 @@ void JointStates::list_softening()
     for (int d : cracks_->moved()) has_moved[d] = 0;
     cracks_->forget_moved();
   }
-  for (std::size_t k = softening_list.size(); k < jt.cohesive.size(); ++k) {
+  const std::size_t n = jt.cohesive.size();
+  for (std::size_t k = softening_list.size(); k < n; ++k) {
+    if (cracks_ && k + 8 < n) __builtin_prefetch(host.find_cracks(jt.cohesive[k + 8] / 6));
+    if (cracks_ && k + 4 < n)
+      if (const auto *list = host.find_cracks(jt.cohesive[k + 4] / 6)) {
+        __builtin_prefetch(list->data());
+        prefetch(&jt.record(jt.cohesive[k + 4]));
+      }
     JointRecord &slot = jt.record(jt.cohesive[k]);
     softening_list.push_back({&slot, crack_of(jt.cohesive[k]), slot.plane});
   }

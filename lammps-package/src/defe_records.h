@@ -7,6 +7,7 @@
 #ifndef LMP_DEFE_RECORDS_H
 #define LMP_DEFE_RECORDS_H
 
+#include "defe_pool.h"
 #include "lmptype.h"
 
 #include "defe/coupling/joint_table.h"
@@ -76,6 +77,9 @@ struct DERecord {
   int newborn;    // 1 until the first force evaluation (energy of conversion)
   tagint lot;     // of its ID, see DefeIds::de_tag()
   JointSlot slot[6];
+
+  static void *operator new(size_t) { return DefePool<DERecord>::take(); }
+  static void operator delete(void *r) { DefePool<DERecord>::give(r); }
 };
 
 /** Surface contact of a node or DE with one part, from step to step. Plain data. */

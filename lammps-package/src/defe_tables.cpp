@@ -114,7 +114,9 @@ void DefeTables::build_joints()
   outer_area_.clear();
   jt.of_atom.assign(nlocal + atom->nghost, -1);
   if (sys.census.des() == 0) return;
-  std::vector<Draft> ortho, general;
+  auto &ortho = ortho_drafts, &general = general_drafts;
+  ortho.clear();
+  general.clear();
   for (int i = 0; i < nlocal; i++) {
     if (!sys.store.de(i)) continue;
     if (i + 2 < nlocal) prefetch(sys.store.de(i + 2));

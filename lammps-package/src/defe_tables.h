@@ -54,6 +54,8 @@ class DefeTables : protected DefeComponent {
     std::array<double, 6> len, half;
     defe::Mat3 stress_free;    // only if some part has a prestress
   };
+  std::vector<Draft> ortho_drafts,
+      general_drafts;    // kept: new pages would cost more than what is in them
   void update_frames();
   void build_joints();
   void draft_cell(int i, Draft &, defe::GeneralCell &);
