@@ -132,6 +132,10 @@ class Runner:
         return sample
 
 
+def has_avx512():
+    return re.search(r"^flags\s*:.*\bavx512f\b", read("/proc/cpuinfo"), re.M) is not None
+
+
 def find_perf():
     """perf, if it can sample programs here."""
     perf = shutil.which("perf")
@@ -175,6 +179,27 @@ def block(runner, name, hexes, element_steps=10e6, ranks=1, mesh=None):
     sample["hexes"] = n
     sample["rate"] = n * sample["steps"] / sample["loop_s"]
     sample["bytes_per_hex"] = 1024 * sample["rss_kB"] / n
+    return sample
+
+
+def case_kernels_avx2(r):
+    if not has_avx512():
+        raise Skip("no AVX-512 here: all kernels are built for AVX2 or less")
+    return r.google("bench_fe_avx2", "/5150$")
+
+
+def dem_block(runner, name, des, de_steps=10e6):
+    """The same block with all of it DEs from the start, eight for an element."""
+    shapes = {30000: (25, 15, 10), 200000: (50, 25, 20), 2000000: (100, 50, 50)}
+    nx, ny, nz = shapes[30000 if runner.quick else des]
+    n = 8 * nx * ny * nz
+    steps = 5 if runner.quick else max(10, round(de_steps / n))
+    sample = runner.lammps(name, INPUTS / "in.block", {"nx": nx, "ny": ny, "nz": nz, "steps": steps, "start": "all"})
+    if sample["atoms"] != n:
+        raise RuntimeError(f"{name}: {sample['atoms']} atoms in place of {n} DEs")
+    sample["des"] = n
+    sample["rate"] = n * sample["steps"] / sample["loop_s"]
+    sample["bytes_per_de"] = 1024 * sample["rss_kB"] / n
     return sample
 
 
@@ -301,18 +326,29 @@ def event(r, hexes):
     return add_trace(r, name, sample)
 
 
-def plate(r, name, variables=()):
-    """The first 40 us of examples/laminated_plate, elements of 2 mm, without pictures."""
+def plate(r, name, variables=(), end="4e-5", fine=False, ranks=1):
+    """examples/laminated_plate up to `end`, elements of 2 or 1 mm as its run.sh makes them, without pictures."""
     work = r.out / "runs" / name
     work.mkdir(parents=True, exist_ok=True)
     mesh = work / "mesh.data"
+    n, edge = ("100", "1e-3") if fine else ("50", "2e-3")
     r.execute([sys.executable, ROOT / "tools" / "layers2data", mesh, "--axis", "z", "--layer", "lower", "0.003", "3", "1",
                "--layer", "inter", "0.00076", "1", "5", "--layer", "upper", "0.003", "3", "1",
-               "--x", "-0.05", "50", "0.05", "--y", "-0.05", "50", "0.05"], work, work / "mesh.txt")
+               "--x", "-0.05", n, "0.05", "--y", "-0.05", n, "0.05"], work, work / "mesh.txt")
     sample = r.lammps(name, PLATE / "in.laminated_plate",
-                      {"out": work, "mesh": mesh, "edge": "2e-3", "pictures": "no", "end": "3e-7" if r.quick else "4e-5",
-                       **dict(variables)}, folder=PLATE)
+                      {"out": work, "mesh": mesh, "edge": edge, "pictures": "no", "end": "3e-7" if r.quick else end,
+                       **dict(variables)}, folder=PLATE, ranks=ranks)
     sample["loop_s"] = sample["all_loops_s"]
+    return sample
+
+
+def front(r, name, cracks, steps):
+    """A crack front through a block of 1 000 000 hexes; seconds per step."""
+    n = 20 if r.quick else 100
+    sample = r.lammps(name, INPUTS / "in.front", {"nx": n, "ny": n, "nz": n, "cracks": cracks, "out": r.out / "runs" / name,
+                                                  "steps": 5 if r.quick else steps})
+    sample["per_step"] = sample["all_loops_s"] / (20 + sample["steps"])
+    sample["converted"] = int(re.search(r"^converted (\d+)", sample["log"], re.M).group(1))
     return sample
 
 
@@ -353,8 +389,13 @@ def profile_case(name, variables):
     return case
 
 
+# of the plate: nothing converts, no joint of the interlayer gives way; the whole impact; what is long enough for 1 mm
+NO_CRACKS = {"stress": "1e30", "bond": 0}
+WHOLE, FINE = "1e-4", "2e-5"
+
 CASES = {
     "kernels": lambda r: r.google("bench_fe", "/5150$"),
+    "kernels_avx2": case_kernels_avx2,
     "joint_kernels": lambda r: r.google("bench_joints", "."),
     "bricks": lambda r: block(r, "bricks", 50000, 20e6),
     "general": lambda r: block(r, "general", 50000, 5e6, mesh=True),
@@ -374,10 +415,20 @@ CASES = {
     "event20000": lambda r: event(r, 20000),
     "event200000": lambda r: event(r, 200000),
     "event2000000": lambda r: event(r, 2000000),
-    "plate_elastic": lambda r: plate(r, "plate_elastic", {"stress": "1e30", "bond": 0}),
+    "plate_elastic": lambda r: plate(r, "plate_elastic", NO_CRACKS),
     "plate": lambda r: plate(r, "plate"),
-    "plate_collect": lambda r: plate(r, "plate_collect", {"collect": 10}),
     "plate_dem": lambda r: plate(r, "plate_dem", {"start": "all"}),
+    "plate_ranks": lambda r: plate(r, "plate_ranks", ranks=2),
+    "plate_whole_elastic": lambda r: plate(r, "plate_whole_elastic", NO_CRACKS, WHOLE),
+    "plate_whole": lambda r: plate(r, "plate_whole", end=WHOLE),
+    "plate_fine_elastic": lambda r: plate(r, "plate_fine_elastic", NO_CRACKS, FINE, True),
+    "plate_fine": lambda r: plate(r, "plate_fine", {}, FINE, True),
+    "plate_fine_dem": lambda r: plate(r, "plate_fine_dem", {"start": "all"}, FINE, True),
+    "front_elastic": lambda r: front(r, "front_elastic", "no", 60),
+    "front": lambda r: front(r, "front", "yes", 600),
+    "dem30000": lambda r: dem_block(r, "dem30000", 30000),
+    "dem200000": lambda r: dem_block(r, "dem200000", 200000),
+    "dem2000000": lambda r: dem_block(r, "dem2000000", 2000000, 40e6),
     "chute": case_chute,
     "lulesh": case_lulesh,
     "profile_elastic": profile_case("profile_elastic", {"stress": 1e30}),
@@ -385,7 +436,10 @@ CASES = {
     "profile_rebuild": profile_case("profile_rebuild", {"stress": 1e30, "rebuild": "yes", "number": 200}),
     "profile_dem": profile_case("profile_dem", {"variant": "dem", "number": 300}),
 }
-ONCE_OR_TWICE = {"size2000000": 2, "bpm": 3, "plate": 2, "plate_collect": 2, "plate_dem": 1, "event2000000": 2}  # the long ones: at most so many rounds
+# the long ones: at most so many rounds
+ONCE_OR_TWICE = {"size2000000": 2, "bpm": 2, "plate": 2, "plate_ranks": 2, "plate_dem": 1, "plate_whole": 1, "plate_whole_elastic": 1,
+                 "plate_fine": 1, "plate_fine_elastic": 1, "plate_fine_dem": 1, "front": 1, "front_elastic": 1,
+                 "dem2000000": 2, "event2000000": 2}
 
 
 # ---- profiles -----------------------------------------------------------------------------------
@@ -471,8 +525,8 @@ class Line:
 class Samples:
     """What the rounds gave: samples[case] = list over the rounds, None where it was skipped."""
 
-    def __init__(self):
-        self.of, self.skipped = {}, {}
+    def __init__(self, quick=False):
+        self.of, self.skipped, self.quick = {}, {}, quick
 
     def values(self, case, key, scale=1.0):
         return [scale * s[key] for s in self.of.get(case, []) if s is not None]
@@ -492,11 +546,19 @@ def row_kernels(s):
     M = 1e-6
     def rate(name, what, note=""):
         return Line(what, "M element-steps/s", [M * v for v in s.google("kernels", name)], note=s.why("kernels") or note)
+    def share(case):
+        return [100 * a / b for a, b in zip(s.google(case, "add_forces/brick_bound/5150"), s.google(case, "bare<brick_K>/5150"))]
     return [
         rate("bare<gather_scatter>/5150", "bare loop: gather and scatter alone", "what any kernel is bound by"),
         rate("bare<brick_K>/5150", "bare loop: gather, Walsh-Hadamard brick K u, scatter"),
         rate("bare<dense_K>/5150", "bare loop: gather, dense K u, scatter"),
         rate("add_forces/brick_bound/5150", "brick kernel with criterion, outside LAMMPS"),
+        Line("brick kernel with criterion by the bare transformed loop", "%", share("kernels"), 70.0 if has_avx512() else 60.0,
+             note=s.why("kernels")),
+        Line("the same built for AVX2", "%", share("kernels_avx2"), 60.0, note=s.why("kernels_avx2")),
+        Line("brick kernel with criterion, AVX-512 by AVX2", "", [a / b for a, b in zip(
+            s.google("kernels", "add_forces/brick_bound/5150"), s.google("kernels_avx2", "add_forces/brick_bound/5150"))],
+             note=s.why("kernels_avx2")),
         rate("add_forces/enhanced_bound/5150", "total Lagrangian, enhanced elements, with criterion, outside LAMMPS"),
         rate("add_forces/lagrangian_bound/5150", "the same with plain elements"),
         Line("corner-strain joints, outside LAMMPS", "M DE-steps/s", [M * v for v in s.google("joint_kernels", "orthogonal/forces/0")],
@@ -535,7 +597,7 @@ def row_dem(s):
     return [
         Line("pure DEM", "M DE-steps/s", s.values("dem", "rate", 1e-6), 6.0),
         Line("pure DEM", "M joint-steps/s", joints, 18.0),
-        Line("pure DEM: times faster than bpm/rotational, per sphere", "", per_de, 2.5,
+        Line("pure DEM: times faster than bpm/rotational, per sphere", "", per_de, 6.5,
              note="39 600 DEs, 200 hexes, contact and output against 40 000 spheres"),
         Line("bpm/rotational, the same beam", "M atom-steps/s", s.values("bpm", "rate", 1e-6)),
         Line("bpm/spring, the same lattice, nothing breaks", "M bond-steps/s", s.values("bpm_spring", "rate", 1e-6)),
@@ -563,7 +625,7 @@ def row_two_clocks(s):
 
 
 def conversion_cost(traces):
-    """Extra time of every conversion event in ordinary steps: [(step, cost)].
+    """Extra time of every conversion event, in ordinary steps and in seconds: [(step, cost, seconds)].
 
     The runs are the same step by step, so that the shortest time of a step over the rounds is free of
     what else the machine did. An event costs what the step in which it happens and the two after it
@@ -580,17 +642,18 @@ def conversion_cost(traces):
             around = [best[m] for m in steps if all(abs(m - e) > 2 for e in events) and abs(m - n) < 100]
         after = [m for m in (n, n + 1, n + 2) if m in best and not (m > n and any(m >= e > n for e in events))]
         ordinary = statistics.median(around)
-        cost.append((n, sum(best[m] - ordinary for m in after) / ordinary))
+        extra = sum(best[m] - ordinary for m in after)
+        cost.append((n, extra / ordinary, extra))
     return cost
 
 
 def row_event(s):
     traces = [t for t in s.of.get("trace", []) if t]
-    cost = conversion_cost(traces)
+    cost = [c for _, c, _ in conversion_cost(traces)]
     return [
         Line("one conversion event: extra time in ordinary steps (median of the events)", "steps",
-             [statistics.median(c for _, c in cost)] if cost else [], 3.0, -1, f"{len(cost)} events" if cost else "no conversion"),
-        Line("the dearest event", "steps", [max(c for _, c in cost)] if cost else []),
+             [statistics.median(cost)] if cost else [], 3.0, -1, f"{len(cost)} events" if cost else "no conversion"),
+        Line("the dearest event", "steps", [max(cost)] if cost else [], 3.0, -1),
     ]
 
 
@@ -598,30 +661,48 @@ EVENTS = ["event20000", "event200000", "event2000000"]
 
 
 def row_event_size(s):
-    lines = []
+    lines, seconds = [], {}
     for case in EVENTS:
         traces = [t for t in s.of.get(case, []) if t]
         cost = conversion_cost(traces)
         if cost:
-            hexes = f"{traces[0]['hexes']:,}".replace(",", " ")
+            hexes = grouped(traces[0]["hexes"])
             lines.append(Line(f"one conversion event beside {hexes} hexes: extra time in ordinary steps (median)", "steps",
-                              [statistics.median(c for _, c in cost)], 0.05, -1, f"{len(cost)} events"))
+                              [statistics.median(c for _, c, _ in cost)], 0.05, -1, f"{len(cost)} events"))
+            seconds[case] = statistics.median(t for _, _, t in cost)
+    lines.append(Line("the same in seconds: largest by smallest mesh", "",
+                      [seconds[EVENTS[-1]] / seconds[EVENTS[0]]] if EVENTS[-1] in seconds and EVENTS[0] in seconds else [], 1.0, -1))
     return lines
 
 
 def row_plate(s):
     return [
-        Line("laminated plate 2 mm, 40 us, elastic", "s", s.values("plate_elastic", "loop_s")),
-        Line("laminated plate: adaptive by elastic", "", s.ratios("plate", "plate_elastic"), 3.0, -1),
-        Line("laminated plate: pure DEM by adaptive", "", s.ratios("plate_dem", "plate"), 8.0),
-        Line("laminated plate with `collect 10`: adaptive by elastic", "", s.ratios("plate_collect", "plate_elastic"), 3.0, -1),
-        Line("laminated plate with `collect 10`: pure DEM by adaptive", "", s.ratios("plate_dem", "plate_collect"), 8.0),
+        Line("laminated plate 2 mm, 100 us: adaptive by elastic", "", s.ratios("plate_whole", "plate_whole_elastic"), 3.0, -1),
+        Line("laminated plate 2 mm, 40 us: adaptive by elastic", "", s.ratios("plate", "plate_elastic"), 3.0, -1),
+        Line("laminated plate 2 mm, 40 us: pure DEM by adaptive", "", s.ratios("plate_dem", "plate"), 8.0),
+        Line("laminated plate 2 mm, 40 us: speed-up on two ranks", "", s.ratios("plate", "plate_ranks"), 1.7, note=few_cores()),
+        Line("laminated plate 1 mm, 20 us: adaptive by elastic", "", s.ratios("plate_fine", "plate_fine_elastic"), 3.0, -1),
+        Line("laminated plate 1 mm, 20 us: pure DEM by adaptive", "", s.ratios("plate_fine_dem", "plate_fine"), 8.0),
     ]
 
 
+def row_front(s):
+    pairs = [(a, b) for a, b in zip(s.of.get("front", []), s.of.get("front_elastic", [])) if a and b]
+    hexes = grouped(20**3 if s.quick else 100**3)
+    return [Line(f"crack front through {hexes} hexes, a step by an elastic one", "", [a["per_step"] / b["per_step"] for a, b in pairs],
+                 1.5, -1, f"{pairs[0][0]['converted']} elements convert" if pairs else s.why("front", "front_elastic"))]
+
+
+def few_cores():
+    return "" if len(os.sched_getaffinity(0)) >= 2 else "fewer than two cores here"
+
+
+def grouped(n):
+    return f"{n:,}".replace(",", " ")
+
+
 def row_ranks(s):
-    few = "" if len(os.sched_getaffinity(0)) >= 2 else "fewer than two cores here"
-    return [Line("two ranks, block of 200 000 hexes: speed-up", "", s.ratios("ranks1", "ranks2"), 1.8, note=few)]
+    return [Line("two ranks, block of 200 000 hexes: speed-up", "", s.ratios("ranks1", "ranks2"), 1.8, note=few_cores())]
 
 
 SIZES = ["size5000", "size20000", "size200000", "size2000000"]
@@ -635,12 +716,30 @@ def row_size(s):
         if samples:
             cost = [1e9 / x["rate"] for x in samples]
             medians[case] = statistics.median(cost)
-            hexes = f"{samples[0]['hexes']:,}".replace(",", " ")
+            hexes = grouped(samples[0]["hexes"])
             lines.append(Line(f"cost of an element-step, {hexes} hexes", "ns", cost))
     spread = [max(medians.values()) / min(medians.values())] if len(medians) == len(SIZES) else []
     lines.append(Line("dearest by cheapest of these", "", spread, 1.5, -1))
     big = [x for x in s.of.get(SIZES[-1], []) if x]
     lines.append(Line("peak memory per hex, LAMMPS included, largest block", "kB", [x["bytes_per_hex"] / 1000 for x in big], 1.0, -1))
+    return lines
+
+
+DEMS = ["dem30000", "dem200000", "dem2000000"]
+
+
+def row_dem_size(s):
+    lines, medians = [], {}
+    for case in DEMS:
+        samples = [x for x in s.of.get(case, []) if x]
+        if samples:
+            rates = [1e-6 * x["rate"] for x in samples]
+            medians[case] = statistics.median(rates)
+            lines.append(Line(f"pure DEM, block of {grouped(samples[0]['des'])} DEs", "M DE-steps/s", rates))
+    slower = [100 * (1 - min(medians.values()) / max(medians.values()))] if len(medians) == len(DEMS) else []
+    lines.append(Line("slowest of these by the fastest: less by", "%", slower, 15.0, -1))
+    big = [x for x in s.of.get(DEMS[-1], []) if x]
+    lines.append(Line("pure DEM: peak memory per DE, LAMMPS included, largest block", "kB", [x["bytes_per_de"] / 1000 for x in big], 0.7, -1))
     return lines
 
 
@@ -653,7 +752,7 @@ def row_peers(s):
 
 
 ROWS = {
-    "kernels": (row_kernels, ["kernels", "joint_kernels"]),
+    "kernels": (row_kernels, ["kernels", "kernels_avx2", "joint_kernels"]),
     "bricks": (row_bricks, ["bricks"]),
     "general": (row_general, ["general"]),
     "elastic": (row_elastic, ["elastic", "kernels", "profile_elastic"]),
@@ -661,10 +760,13 @@ ROWS = {
     "adaptive": (row_adaptive, ["adaptive", "dem", "bpm"]),
     "two_clocks": (row_two_clocks, ["two_clocks", "adaptive"]),
     "event": (row_event, ["trace"]),
-    "event_size": (row_event_size, EVENTS[:2]),
-    "plate": (row_plate, ["plate_elastic", "plate", "plate_collect", "plate_dem"]),
+    "event_size": (row_event_size, EVENTS),
+    "plate": (row_plate, ["plate_elastic", "plate", "plate_ranks", "plate_dem", "plate_whole_elastic", "plate_whole",
+                          "plate_fine_elastic", "plate_fine", "plate_fine_dem"]),
+    "front": (row_front, ["front_elastic", "front"]),
     "ranks": (row_ranks, ["ranks1", "ranks2"]),
     "size": (row_size, SIZES),
+    "dem_size": (row_dem_size, DEMS),
     "peers": (row_peers, ["chute", "lulesh"]),
 }
 PROFILES = {"profile_elastic": "elastic beam", "profile_adaptive": "adaptive beam",
@@ -797,7 +899,6 @@ def main():
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--rounds", type=int)
     parser.add_argument("--profile", action="store_true")
-    parser.add_argument("--large", action="store_true", help="event_size also with 2 000 000 hexes")
     parser.add_argument("--page", type=Path)
     parser.add_argument("rows", nargs="*", help=", ".join(ROWS))
     args = parser.parse_args()
@@ -817,11 +918,9 @@ def main():
         print(f"benchmarks: load {about['load_before']:.1f} before the first run: something else is running", file=sys.stderr)
 
     cases = list(dict.fromkeys(c for r in rows for c in ROWS[r][1]))
-    if args.large and "event_size" in rows:
-        cases += EVENTS[2:]
     if args.profile:
         cases += [c for c in PROFILES if c not in cases]
-    samples = Samples()
+    samples = Samples(args.quick)
     samples.of = {c: [] for c in cases}
     for turn in range(rounds):
         for case in cases:
@@ -851,7 +950,7 @@ def main():
         "disturbed": sum(s["cpu_share"] < 0.97 for s in single),
         "cases": {c: [{k: v for k, v in s.items() if k not in ("log", "times", "functions", "conversions")} if s else None
                       for s in samples.of[c]] for c in cases},
-        "conversions": [{"step": n, "cost": round(c, 3)} for n, c in conversion_cost([t for t in samples.of.get("trace", []) if t])],
+        "conversions": [{"step": n, "cost": round(c, 3)} for n, c, _ in conversion_cost([t for t in samples.of.get("trace", []) if t])],
     }
     (args.out / "results.json").write_text(json.dumps(report, indent=1) + "\n")
     text = page(report)

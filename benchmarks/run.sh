@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Builds, and measures DEFE and its peers side by side on this machine, on one core unless a row says
 # otherwise. Writes a table and a JSON file to benchmarks/output.
-#   benchmarks/run.sh [--quick] [--profile] [--large] [--rounds N] [--page] [row...]
+#   benchmarks/run.sh [--quick] [--profile] [--rounds N] [--page] [row...]
 # --quick    a few steps of everything, in seconds: shows that it works, figures mean nothing
 # --profile  also where the time goes, by function (Debian's linux-perf)
 # --rounds   repetitions of the whole list (5)
-# --large    event_size also with 2 000 000 hexes (2 GB)
 # --page     also puts the table into benchmarks/README.md
-# rows       kernels bricks general elastic dem adaptive two_clocks event event_size plate ranks size peers; all without
+# rows       kernels bricks general elastic dem adaptive two_clocks event event_size plate front ranks size dem_size
+#            peers; all without
 # DEFE_LULESH=PATH runs a LULESH of your own (serial build) among the peers.
 set -euo pipefail
 exec </dev/null

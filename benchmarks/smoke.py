@@ -11,9 +11,9 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-ROWS = "kernels bricks general elastic dem adaptive two_clocks event event_size plate ranks size peers".split()
+ROWS = "kernels bricks general elastic dem adaptive two_clocks event event_size plate front ranks size dem_size peers".split()
 # where a machine may lack something: Google Benchmark, perf, a second clock, peers
-MAY_BE_SKIPPED = {"kernels", "joint_kernels", "profile_elastic", "profile_adaptive", "profile_rebuild", "profile_dem", "two_clocks", "chute", "lulesh"}
+MAY_BE_SKIPPED = {"kernels", "kernels_avx2", "joint_kernels", "profile_elastic", "profile_adaptive", "profile_rebuild", "profile_dem", "two_clocks", "chute", "lulesh"}
 
 
 def main():
