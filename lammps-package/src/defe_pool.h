@@ -19,7 +19,7 @@ namespace LAMMPS_NS {
 
 /** Memory for many objects of one type that are made in one place and asked for in another: on large pages, where the
     system has them, and one after the other. In small pages, scattered, looking up where a page lies takes longer than
-    reading it. It is kept for the next ones, and for one thread only. */
+    reading it. It is kept for the next ones. Each thread has its own, since a program may run several LAMMPS. */
 template <class T> class DefePool {
  public:
   static void *take()
@@ -54,7 +54,7 @@ template <class T> class DefePool {
 
   static DefePool &the()
   {
-    static DefePool &pool = *new DefePool;
+    static thread_local DefePool &pool = *new DefePool;
     return pool;
   }
   void grow()
