@@ -411,6 +411,38 @@ CrackGrowth::Front CrackGrowth::front(const CrackLattice &lattice, const CrackRi
   return {m.dot(old) < 0.0 ? Vec3(-m) : m, m.dot(S * m)};
 }
 
+/// On which side of a crack with normal m the cut joints of a DE say that it is: 1, -1; 0 if none does, or both.
+int CrackGrowth::side(const CrackLattice &lattice, int de, const Vec3 &m) const
+{
+  int found = 0;
+  for (int s = 0; s < 6; ++s) {
+    const int joint = 6 * de + s;
+    if (lattice.partner[de][s] < 0 || !lattice.cut(joint)) continue;
+    const int lower = lattice.lower_end(joint);
+    const auto crack = cracks.find(lower);
+    if (crack == cracks.end()) continue;
+    const double along = m.dot(Vec3(crack->second.memory.m));
+    if (std::abs(along) < 0.5) continue;    // of a crack that crosses this one
+    const int here = (lower == joint) == (along > 0.0) ? -1 : 1;
+    if (found != 0 && here != found) return 0;
+    found = here;
+  }
+  return found;
+}
+
+/// Of the ends of a joint over a plane. Those of DEs that are known to be on the other side: the plane passes them closely.
+CrackGrowth::Heights CrackGrowth::heights(const CrackLattice &lattice, int joint, const Vec3 &m,
+                                          const Vec3 &p) const
+{
+  const Vec3 e = lattice.vector(joint);
+  const auto kept = [&](int de, double over) {
+    const bool near = std::abs(over) < side_reach * e.norm();
+    return near && side(lattice, de, m) * over < 0.0 ? -1e-9 * over : over;
+  };
+  const double below = m.dot(Vec3(lattice.X[joint / 6]) - p);
+  return {kept(joint / 6, below), kept(lattice.other_end(joint) / 6, below + m.dot(e))};
+}
+
 void CrackGrowth::vote(const CrackLattice &lattice, const CrackRing &ring,
                        const CrackGrowthParameters &par)
 {
@@ -434,8 +466,7 @@ void CrackGrowth::vote(const CrackLattice &lattice, const CrackRing &ring,
   for (int k = 0; k < ring.size; ++k) {
     const int joint = lattice.lower_end(ring.joint[k]);
     if (lattice.cut(joint)) continue;
-    const double below = m.dot(Vec3(lattice.X[joint / 6]) - p);
-    const double above = below + m.dot(lattice.vector(joint));
+    const auto [below, above] = heights(lattice, joint, m, p);
     goes_on = goes_on || (below < 0.0) != (above < 0.0);
     if (joint / 6 >= lattice.owned) continue;
     const Ids a = ids(lattice, joint), c = ids(lattice, cut);

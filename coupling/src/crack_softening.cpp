@@ -38,36 +38,49 @@ namespace {
   /// Of the joints that R was taken from: which, and whether they said how the DE has turned.
   constexpr unsigned joints_used = 0x3f, said_how = 0x40;
 
-  unsigned char used_now(const CrackEnd &end, const DERotation &turn)
+  /// Rotation of one end, and what it was taken from. A DE that is poor in joints is held about some axis by one joint alone; what
+  /// this joint turns by would be the shear of the cut one, with more than its stiffness. The cut one itself has a say there.
+  DERotation turn_of(const CrackEnd &end, int slot, unsigned char &used)
   {
-    return static_cast<unsigned char>(end.present | (turn.defined ? said_how : 0u));
+    unsigned use = end.present;
+    DERotation turn = de_rotation(end, use);
+    if (turn.poor && slot >= 0) {
+      use |= 1u << slot;
+      turn = de_rotation(end, use);
+    }
+    used = static_cast<unsigned char>(use | (turn.defined ? said_how : 0u));
+    return turn;
   }
 
-  /// Mean rotation of the two DEs: polar factor of the sum of theirs. Which ends may say: bit 6 of `use`.
-  Frame joint_frame(const CrackEnd &near, const CrackEnd &far, unsigned use_near, unsigned use_far)
+  /// The same by what it was taken from before.
+  DERotation turn_of(const CrackEnd &end, unsigned char used)
+  {
+    DERotation turn = de_rotation(end, used & joints_used);
+    turn.defined = turn.defined && (used & said_how) != 0;
+    return turn;
+  }
+
+  /// Mean rotation of the two DEs: polar factor of the sum of theirs.
+  Frame mean(const DERotation &near, const DERotation &far)
   {
     Frame frame;
-    const auto turn_of = [](const CrackEnd &end, unsigned use) {
-      DERotation turn = de_rotation(end, use & joints_used);
-      turn.defined = turn.defined && (use & said_how) != 0;
-      return turn;
-    };
-    frame.end[0] = turn_of(near, use_near);
-    frame.end[1] = turn_of(far, use_far);
-    frame.defined = frame.end[0].defined || frame.end[1].defined;
-    if (frame.end[0].defined && frame.end[1].defined) {
-      const Eigen::Vector4d a(frame.end[0].quaternion), b(frame.end[1].quaternion);
+    frame.end[0] = near;
+    frame.end[1] = far;
+    frame.defined = near.defined || far.defined;
+    if (near.defined && far.defined) {
+      const Eigen::Vector4d a(near.quaternion), b(far.quaternion);
       const Eigen::Vector4d sum = a + (a.dot(b) < 0.0 ? -1.0 : 1.0) * b;
       frame.turn = Eigen::Quaterniond(Eigen::Vector4d(sum.normalized()));
     } else if (frame.defined) {
-      frame.turn = Eigen::Quaterniond(frame.end[frame.end[0].defined ? 0 : 1].quaternion);
+      frame.turn = Eigen::Quaterniond((near.defined ? near : far).quaternion);
     }
     return frame;
   }
 
-  Frame present_joints(const CrackEnd &near, const CrackEnd &far)
+  Frame present_joints(const CrackGeometry &geometry, const CrackEnd &near, const CrackEnd &far,
+                       unsigned char used[2])
   {
-    return joint_frame(near, far, near.present | said_how, far.present | said_how);
+    return mean(turn_of(near, geometry.slot[0], used[0]), turn_of(far, geometry.slot[1], used[1]));
   }
 
   Eigen::Quaterniond last_turn(const CrackJoint &joint)
@@ -129,9 +142,7 @@ bool crack_start(CrackJoint &joint, const Vec3 &m, double f, const CrackGeometry
   joint = CrackJoint{};
   joint.f = f;
   joint.turn[3] = 1.0;
-  const Frame frame = present_joints(near, far);
-  joint.used[0] = used_now(near, frame.end[0]);
-  joint.used[1] = used_now(far, frame.end[1]);
+  const Frame frame = present_joints(geometry, near, far, joint.used);
   if (frame.defined) keep_turn(joint, frame.turn);
   const Mat3 R = last_turn(joint).toRotationMatrix();
   const Vec3 t = R.transpose() * force / projected(geometry, m).area, place = R.transpose() * y;
@@ -198,6 +209,11 @@ CrackJoint crack_broken(const Vec3 &m, double f, const CrackGeometry &geometry,
   return joint;
 }
 
+bool crack_frame_from(const CrackJoint &joint, int end)
+{
+  return (joint.used[end] & said_how) != 0;
+}
+
 void crack_turn(CrackJoint &joint, const Vec3 &spin)
 {
   keep_turn(joint, turned_by_spin(joint, spin));
@@ -218,7 +234,7 @@ namespace {
   {
     Eigen::Quaterniond same = turn;
     if (joint.used[0] != now[0] || joint.used[1] != now[1]) {
-      const Frame before = joint_frame(near, far, joint.used[0], joint.used[1]);
+      const Frame before = mean(turn_of(near, joint.used[0]), turn_of(far, joint.used[1]));
       same = before.defined ? before.turn : spun;
     }
     if (std::abs(same.dot(spun)) > largest_turn) return same;
@@ -229,11 +245,11 @@ namespace {
   }
 
   /// R of this evaluation. Where it jumps e does not: it is taken with the R to go on from.
-  Mat3 present_frame(CrackJoint &joint, const CrackEnd &near, const CrackEnd &far, const Vec3 &y,
-                     const Vec3 &spin, Frame &frame)
+  Mat3 present_frame(CrackJoint &joint, const CrackGeometry &geometry, const CrackEnd &near,
+                     const CrackEnd &far, const Vec3 &y, const Vec3 &spin, Frame &frame)
   {
-    frame = present_joints(near, far);
-    const unsigned char now[2] = {used_now(near, frame.end[0]), used_now(far, frame.end[1])};
+    unsigned char now[2];
+    frame = present_joints(geometry, near, far, now);
     const Eigen::Quaterniond spun = turned_by_spin(joint, spin);
     const Eigen::Quaterniond turn = frame.defined ? frame.turn : spun;
     const Mat3 R = turn.toRotationMatrix();
@@ -295,7 +311,7 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
   out.newly_broken = false;
 
   Frame frame;
-  const Mat3 R = present_frame(joint, near, far, y, spin, frame);
+  const Mat3 R = present_frame(joint, geometry, near, far, y, spin, frame);
   const Vec3 m(joint.m), before(joint.e);
   const Vec3 at = R.transpose() * y;
   Vec3 e = Vec3(joint.offset) + at;

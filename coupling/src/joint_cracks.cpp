@@ -335,7 +335,8 @@ void JointCracks::know(const std::vector<int> &joints)
 CrackGeometry JointCracks::geometry(int joint) const
 {
   const JointRecord &slot = jt.record(joint);
-  return {lattice().vector(joint), slot.area * Vec3(slot.normal)};
+  return {
+      lattice().vector(joint), slot.area * Vec3(slot.normal), {joint % 6, other_end(joint) % 6}};
 }
 
 namespace {
@@ -414,18 +415,22 @@ signed char JointCracks::resting(int joint, const CrackJoint &law, double dt) co
   constexpr int longest = 20;
   const double gap = Vec3(law.e).dot(Vec3(law.m));
   if (!(gap > 0.0) || !(dt > 0.0)) return 1;
-  const int near = joint / 6, there = other_end(joint) / 6;
+  const int near = joint / 6, there = other_end(joint);
+  const double length = geometry(joint).d.norm();
+  const double apart =
+      (particles.velocity(jt.self[there / 6]) - particles.velocity(jt.self[near])).norm();
   double turning = 0.0;
   bool held = false;
-  for (int d : {near, there}) {
-    if (!known_end(d).turn->defined) continue;
+  const int ends[2] = {joint, there};
+  for (int k = 0; k < 2; ++k) {
+    if (!crack_frame_from(law, k)) continue;
     held = true;
-    turning = std::max(turning, turning_of(d));
+    turning = std::max(turning, turning_of(ends[k] / 6));
+    if (law.used[k] >> ends[k] % 6 & 1)    // the joint itself has a say
+      turning = std::max(turning, apart / length);
   }
   if (!held) turning = spin_of(joint, 1.0).norm();
-  const double closing =
-      (particles.velocity(jt.self[there]) - particles.velocity(jt.self[near])).norm() +
-      2.0 * turning * geometry(joint).d.norm();
+  const double closing = apart + 2.0 * turning * length;
   const double steps = std::min(static_cast<double>(longest), 0.25 * gap / (closing * dt));
   const int rest = steps >= 1.0 ? static_cast<int>(2.0 + steps) : 1;
   return static_cast<signed char>(held ? rest : -rest);

@@ -49,9 +49,8 @@ TEST(CrackPaths, DiscreteElements)
 TEST(CrackPaths, ElementsThatConvert)
 {
   if (!one_rank()) GTEST_SKIP() << "measured on one rank";
-  // Samples: with other time steps 0.75 to 0.98 of what converts cracks, and the energy is 1.01 to 1.12 G_f.
+  // Samples: with 4e-8 to 5.5e-8 s, 0.71 (one of eight) to 0.98 of what converts cracks, and the energy is 1.00 to 1.07 G_f.
   CrackStrip straight = strip(turned(45), 50.0, true), moved = strip(turned(30), 10.0, true);
-  straight.dt = moved.dt = 4.5e-8;
   moved.moved = 0.15;
   for (const CrackPath &r :
        {expect_straight("45, G_f 50", straight), expect_straight("30, nodes moved", moved)})
@@ -80,7 +79,11 @@ TEST(CrackPaths, Branching)
       const auto events = read_events(plate.name + ".txt");
       const double first = speed_between(events, 5.0, 25.0),
                    second = speed_between(events, 25.0, 45.0);
-      const int arms = arms_at(events, 45.0);
+      int arms = 0, places = 0;
+      for (double x = 30.0; x < 57.0; x += 5.0) {
+        arms = std::max(arms, arms_at(events, x));
+        places += arms_at(events, x) >= 2;
+      }
       std::printf("%4.1f deg%s: %.0f and %.0f m/s, arms %d\n", angle, adaptive ? ", adaptive" : "",
                   first, second, arms);
       EXPECT_GT(first, 2000.0);
@@ -88,7 +91,7 @@ TEST(CrackPaths, Branching)
       EXPECT_LT(first, rayleigh);
       EXPECT_LT(second, rayleigh);
       EXPECT_EQ(arms_at(events, 5.0), 1);
-      EXPECT_GE(arms, 2);
+      EXPECT_GE(places, 3) << "at so many of six places there are two arms or more";
     }
 }
 

@@ -150,7 +150,9 @@ class CrackBody {
   Vec3 reference(int i) const { return Vec3(X[i][0], X[i][1], X[i][2]); }
   CrackGeometry geometry(int joint) const
   {
-    return {lattice().vector(joint), area[joint / 6][joint % 6]};
+    return {lattice().vector(joint),
+            area[joint / 6][joint % 6],
+            {joint % 6, lattice().other_end(joint) % 6}};
   }
   Vec3 arm(int joint) const { return x[lattice().other_end(joint) / 6] - x[joint / 6]; }
 

@@ -30,8 +30,8 @@ const Orientation orientations[] = {{"0", turned(0), 10.0},
                                     {"22.5, 22.5", turned(22.5, 22.5), 20.0},
                                     {"[111]", with_along_y({1, 1, 1}), 20.0}};
 
-/// Where the lattice is too coarse for G_f cracks are a little rough. At 45 degrees rounding decides which way they take
-/// (energy 1.01 or 1.09 G_f), so that bounds leave room.
+/// Where the lattice is too coarse for G_f and elements convert, the strip tilted by 22.5 degrees takes 1.106 G_f; the other 71 are
+/// within a tenth.
 void all_straight(bool adaptive, double G_f, double area, double energy)
 {
   int converted = 0, holding = 0;
@@ -55,7 +55,7 @@ void all_straight(bool adaptive, double G_f, double area, double energy)
 
 TEST(AllCrackPaths, DiscreteElementsStrengthControlled)
 {
-  all_straight(false, 10.0, 0.1, 0.15);
+  all_straight(false, 10.0, 0.1, 0.1);
 }
 
 TEST(AllCrackPaths, DiscreteElementsToughnessControlled)
@@ -65,7 +65,7 @@ TEST(AllCrackPaths, DiscreteElementsToughnessControlled)
 
 TEST(AllCrackPaths, ElementsThatConvertStrengthControlled)
 {
-  all_straight(true, 10.0, 0.12, 0.17);
+  all_straight(true, 10.0, 0.1, 0.12);
 }
 
 TEST(AllCrackPaths, ElementsThatConvertToughnessControlled)

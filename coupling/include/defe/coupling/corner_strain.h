@@ -129,9 +129,9 @@ double lattice_critical_step(const GeneralCell &cell, unsigned present, const Co
 
 /// The same where joints soften: as stiff along their planes as across, k = (lambda + 2 mu) area/length, as a joint that a
 /// crack cuts can be (crack_softening.h). Of springs alone it is a bound, sqrt(2 m / sum k): each joint takes that share of
-/// its DEs' masses; 0.76 of the lattice's step in cubes, 0.89 in flat cells of 2:1. With corners beside
-/// them it is found by trying (CrackSoftening.StableStep): 0.80 and more in bodies of cubes that the law has cracked. (Joints
-/// cut at random, most of a body in one step, would need 0.46 in cubes; nuclei shield their surroundings from that.)
+/// its DEs' masses; 0.76 of the lattice's step in cubes, 0.89 in flat cells of 2:1. With corners and rotations beside
+/// them it is found by trying: bodies that the law has cracked have 1.19 times that and more (600 bodies), those in which a tenth
+/// to nine tenths of the joints are cut at random 0.93 (CrackSoftening.StableStep...).
 double softening_critical_step(const GeneralCell &cell, unsigned present,
                                const CornerModuli &moduli, double mass);
 

@@ -15,6 +15,9 @@
 /// equibiaxial field is the old one. Once m_q . S_j m_q reaches sigma_t at any intact joint j of the ring (S_j: corners
 /// on both sides that share the joint), and m_q . S_q m_q `pull` sigma_t, the front moves: the joints whose DEs lie on
 /// either side of the plane through p with normal m_q open. Fronts that meet at a joint add up their planes.
+/// Planes of neighbouring rings differ by some degrees and tenths of d. Where one passes above a DE and the next one below it, it
+/// would be cut off from both halves. So a DE with cut joints of this crack (normals within 60 degrees) stays on the side on
+/// which they say that it is, and a plane that passes within `side_reach` of the joint's length on the other side passes it closely.
 /// (The mean tension around a front that runs is 0.4 to 0.5 sigma_t, at least 0.22. In glass that is crushed under a ball
 /// single joints are torn while the plane as a whole is pressed with 100 MPa: without `pull` cracks went on there, too.)
 ///
@@ -111,6 +114,8 @@ class CrackGrowth {
   using Ids = std::array<std::int64_t, 2>;    ///< of the two ends, the lower one first
   /// Share of sigma_t for crack_quiet_energy: what is below need not be looked at.
   static constexpr double quiet_share = 0.98;
+  /// How far beside a DE a plane that it is known to be on the other side of passes it all the same, in lengths of the joint.
+  static constexpr double side_reach = 0.3;
 
   /// Numbers of DEs have changed; cracks are forgotten and must be added again.
   void reset(const CrackLattice &lattice);
@@ -215,6 +220,11 @@ class CrackGrowth {
   Vec3 crack_point(const CrackLattice &, int joint) const;
   Vec3 normal(int joint) const { return Vec3(cracks.at(joint).memory.m); }
   Front front(const CrackLattice &, const CrackRing &, const Vec3 &old, double memory) const;
+  int side(const CrackLattice &, int de, const Vec3 &m) const;
+  struct Heights {
+    double below, above;
+  };
+  Heights heights(const CrackLattice &, int joint, const Vec3 &m, const Vec3 &p) const;
   void vote(const CrackLattice &, const CrackRing &, const CrackGrowthParameters &);
   void ligament(const CrackLattice &, const CrackRing &, std::vector<CrackStart> &) const;
   void count_votes(const CrackLattice &, const CrackStrength &, std::vector<CrackStart> &);

@@ -25,8 +25,10 @@
 /// F is not along y, so the pair has a moment. The spins of DEs cannot take it (their inertia is so small that
 /// they would roll away within the crack's opening): as R is a function of the neighbours' positions, its derivative
 /// gives forces on them, exact but for the square of the two DEs' turn against each other, that
-/// keep angular momentum and energy. A DE without two joints in different directions has no such R:
-/// the other one's is taken; without either R turns with the spins, which take the moment.
+/// keep angular momentum and energy. About some axis a DE may be held by one joint alone (two joints, or three in a T). As the joint across
+/// from a cut one it would be a lever: the cut one sheared by twice the DE's motion, with four times the stiffness, and the stable step
+/// 0.7 of what it should be. There the cut joint itself is among those that say how the DE has turned, and shears by half. A DE whose joints
+/// are on a line even so has no R: the other one's is taken; without either R turns with the spins, which take the moment.
 /// When a DE loses or gains joints R jumps; e does not (the offset is set anew). Nor does it when a DE's joints have come to lie
 /// on a line, where they say nothing about the rotation about it, and turn it over as they pass through.
 ///
@@ -45,6 +47,8 @@ namespace defe {
 struct CrackGeometry {
   Vec3 d;    ///< between the centres
   Vec3 a;    ///< area vector
+  int slot[2] = {
+      -1, -1};    ///< the joint, as seen from its near and from its far DE; -1: not among theirs
 };
 
 /// Everything that a cut joint remembers. Plain data, a fixed size: packed as bytes, kept over restarts.
@@ -81,6 +85,9 @@ bool crack_start(CrackJoint &joint, const Vec3 &m, double f, const CrackGeometry
 /// \param budget  sum of the shares of crack_release at both ends
 void crack_take_over(CrackJoint &joint, const CrackGeometry &geometry, double budget,
                      const CornerModuli &moduli, const CohesiveParameters &parameters);
+
+/// Whether the rotation of this end (0 near, 1 far) was known at the last evaluation, by joints.
+bool crack_frame_from(const CrackJoint &joint, int end);
 
 /// Turns a joint with the spins of its DEs, in a step in which crack_update() is not needed.
 void crack_turn(CrackJoint &joint, const Vec3 &spin);

@@ -13,6 +13,7 @@ namespace defe {
 /// Rotation and what small motions make of it.
 struct DERotation {
   bool defined = false;    ///< false: too few joints, or nearly on a line, then or now
+  bool poor = true;        ///< by the reference: some axis is held by hardly more than one joint
   Mat3 R = Mat3::Identity();
   double quaternion[4] = {0.0, 0.0, 0.0, 1.0};    ///< x y z w
   Mat3 response = Mat3::Zero();    ///< d theta = response * sum (R dX) x dy, in space
