@@ -290,8 +290,12 @@ class PathOf {
       inside += area(e) * window(e.x[0] / CrackStrip::d, begin, end) *
           window(e.x[2] / CrackStrip::d, -z, z);
     }
+    // at jagged faces, of lattices tilted out of the plane, the edge of the crack may run 2 d beside it
+    const bool jagged = std::abs(strip.turn(2, 2)) < 0.999;
+    const double within = 0.5 * strip.thickness - (jagged ? 3.0 : 0.0);
     for (const auto &e : started)
-      r.stray += e.x[0] > begin * CrackStrip::d && std::abs(off(e)) > 1.5;
+      r.stray += e.x[0] > begin * CrackStrip::d && std::abs(off(e)) > 1.5 &&
+          std::abs(e.x[2]) < within * CrackStrip::d;
     constexpr double step = 1.0 / 12.0;
     for (double x = begin + 0.5 * step; x < end; x += step)
       for (double y = -z + 0.5 * step; y < z; y += step)
@@ -390,8 +394,7 @@ inline CrackPath expect_straight(const std::string &name, const CrackStrip &stri
   EXPECT_LT(r.scatter, 1.0) << name;
   EXPECT_NEAR(r.area, 1.0, area) << name;
   EXPECT_NEAR(r.energy(), 1.0, energy) << name;
-  EXPECT_LE(r.stray, r.cut / 20)
-      << name;    // at the jagged faces of lattices tilted by 22.5, else none
+  EXPECT_LE(r.stray, r.cut / 50) << name;
   EXPECT_EQ(r.loose, 0) << name;
   EXPECT_LT(r.rise, 1e-3) << name;
   return r;
