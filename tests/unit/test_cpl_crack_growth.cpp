@@ -455,6 +455,60 @@ TEST(CrackGrowth, FrontsThatAreKeptAreThoseOfNewTables)
   EXPECT_EQ(removed, 5);
 }
 
+// A front steps up along its plane, over a DE; not where a joint of that DE which is cut says that it is above the crack, and the
+// plane passes it closely.
+TEST(CrackGrowth, ADEStaysOnItsSideOfTheCrack)
+{
+  const double angle = 35.0 * M_PI / 180.0;
+  const Vec3 n(-std::sin(angle), std::cos(angle), 0.0);
+  const CrackBody whole(box_mesh(6, 6, 6, h), law, true);
+  const Mat3 F = strain_of(1.25 * law.sigma_t * n * n.transpose());
+  const auto fronts = [](CrackBody &body) {
+    body.decide();
+    std::set<int> joints;
+    for (const CrackStart &s : body.starts)
+      if (s.origin == CrackStart::FRONT) joints.insert(s.joint);
+    return joints;
+  };
+  constexpr double level = 0.1 * d;
+  int close = 0, far = 0;
+  for (double tip : {-2.4, -1.2, 0.52, 1.7}) {
+    CrackBody body = whole;
+    body.notch(
+        [tip](const Vec3 &p) {
+          return p[0] < tip * d;
+        },
+        n, level);
+    for (int i = 0; i < body.n; ++i) body.x[i] = F * body.reference(i);
+    body.forces();
+    const CrackLattice l = body.lattice();
+    for (int joint : fronts(body)) {
+      const Vec3 e = l.vector(joint);
+      if (std::abs(e[0]) < 0.9 * d) continue;
+      const int under = (e[0] > 0.0 ? l.other_end(joint) : joint) / 6;    // the plane rises along x
+      const bool kept =
+          std::abs(n.dot(body.reference(under)) - level) < CrackGrowth::side_reach * e.norm();
+      for (int s = 0; s < 6; ++s) {
+        const int beside = 6 * under + s;
+        if (l.partner[under][s] < 0 || l.vector(beside)[2] < 0.9 * d || l.cut(beside)) continue;
+        for (bool above : {true, false}) {
+          CrackBody other = body;
+          const int lower = l.lower_end(beside);
+          const double up = lower == beside ? -1.0
+                                            : 1.0;    // along a normal that points at `under`
+          const Vec3 m = up * Vec3(0.0, above ? 0.8 : -0.8, -0.6);
+          other.state[lower] = other.state[l.other_end(lower)] = CrackLattice::SOFTENING;
+          other.growth.add_crack(other.lattice(), lower, {{m[0], m[1], m[2]}, 0.5});
+          EXPECT_EQ(fronts(other).count(joint), above && kept ? 0u : 1u);
+          ++(kept ? close : far);
+        }
+      }
+    }
+  }
+  EXPECT_GT(close, 8);
+  EXPECT_GT(far, 8);
+}
+
 // Elements and their local axes in another order, IDs drawn anew: the same cracks.
 TEST(CrackGrowth, NumberingDoesNotMatter)
 {
