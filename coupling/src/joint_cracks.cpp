@@ -1,6 +1,6 @@
 #include "defe/coupling/joint_cracks.h"
 
-#include "prefetch.h"
+#include "defe/coupling/prefetch.h"
 
 #include <algorithm>
 #include <cmath>

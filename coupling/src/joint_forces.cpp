@@ -3,8 +3,7 @@
 #include "defe/coupling/joint_states.h"
 
 #include "defe/coupling/conversion.h"
-
-#include "prefetch.h"
+#include "defe/coupling/prefetch.h"
 
 #include <algorithm>
 #include <cmath>

@@ -11,6 +11,7 @@
 #include "lmptype.h"
 
 #include "defe/coupling/joint_table.h"
+#include "defe/coupling/prefetch.h"
 #include "defe/coupling/shielding.h"
 #include "defe/coupling/surface_forces.h"
 
@@ -107,13 +108,7 @@ struct AtomContacts {
       false;    // of a DE of this step's conversion: it takes over the contact of its element
 };
 
-/// Records of elements and DEs are scattered in memory: prefetched, several are loaded at a time.
-template <class T> void prefetch(const T *record)
-{
-  if (!record) return;
-  for (size_t k = 0; k < sizeof(T); k += 64)
-    __builtin_prefetch(reinterpret_cast<const char *>(record) + k);
-}
+using defe::prefetch;    // records of elements and DEs are scattered in memory
 
 }    // namespace LAMMPS_NS
 

@@ -6,9 +6,10 @@
 namespace defe {
 
 /// Asks the memory for what a loop needs some turns later: records of DEs and their neighbours are far apart, and waiting
-/// for one after the other takes longer than what is computed of them. The address need not be valid.
+/// for one after the other takes longer than what is computed of them. Null, for what is not there, asks for nothing.
 template <class T> inline void prefetch(const T *what)
 {
+  if (!what) return;
   constexpr std::size_t line = 64;
   for (std::size_t k = 0; k < sizeof(T); k += line)
     __builtin_prefetch(reinterpret_cast<const char *>(what) + k);
