@@ -36,12 +36,16 @@ void DefeChecks::before_mesh() const
                "'newton off'");
   if (neighbor->includegroup)
     error->all(FLERR, "Fix defe cannot be used with neigh_modify include: remove it");
-  // elements and joints need all their atoms as ghosts, by one distance
-  if (comm->mode != Comm::SINGLE)
+  // nodes, DEs and balls are told apart by type
+  if (comm->mode == Comm::MULTIOLD)
+    error->all(FLERR,
+               "Fix defe does not know comm_modify mode multi/old: use mode single, or multi with "
+               "neighbor style multi");
+  if (comm->mode == Comm::MULTI && neighbor->interval_collection_flag)
     error->all(
         FLERR,
-        "Fix defe needs ghosts of all nodes and DEs to one distance, which it sets itself: use "
-        "comm_modify mode single (neighbor style multi may stay)");
+        "Fix defe needs collections of types for comm_modify mode multi: remove neigh_modify "
+        "collection/interval (or use collection/type)");
   if (modify->get_fix_by_style("^defe$").size() > 1)
     error->all(FLERR, "Only one fix defe at a time: one fix holds any number of parts");
   if (utils::strmatch(update->integrate_style, "^respa"))

@@ -12,10 +12,13 @@
 #include "domain.h"
 #include "error.h"
 #include "fix.h"
+#include "memory.h"
 #include "neighbor.h"
 
 #include "defe/coupling/ghost_reach.h"
 #include "defe/fe/hex8.h"
+
+#include <algorithm>
 
 using namespace LAMMPS_NS;
 using defe::fe::HexCoords;
@@ -24,13 +27,13 @@ using defe::fe::HexCoords;
    distance from its sub-domain to which a rank needs ghosts
 ------------------------------------------------------------------------- */
 
-double DefeGhosts::reach() const
+double DefeGhosts::reach(double ball_radius) const
 {
   defe::GhostNeeds needs;
   needs.longest = longest_provided;
   needs.diagonal = sys.mesh.max_diagonal();
   needs.facet_diagonal = sys.mesh.max_facet();
-  needs.largest_ball = largest_ball_;
+  needs.largest_ball = ball_radius;
   needs.skin = neighbor->skin;
   needs.des = sys.census.des() > 0;
   needs.cracks = sys.marks.cracks_ask();
@@ -50,11 +53,26 @@ void DefeGhosts::provide(double longest)
   MPI_Allreduce(&longest, &all, 1, MPI_DOUBLE, MPI_MAX, world);
   if (defe::ghosts::step_behind * all > longest_provided)
     longest_provided = defe::ghosts::growth * all;
-  const double cut = reach();
-  if (comm->cutghostuser >= cut) return;
-  comm->cutghostuser = cut;
+  if (!raise()) return;
   comm->setup();
   if (neighbor->style) neighbor->setup_bins();
+}
+
+/* ----------------------------------------------------------------------
+   to what is needed now; false if that was there
+------------------------------------------------------------------------- */
+
+bool DefeGhosts::raise()
+{
+  bool more = comm->cutghostuser < reach();
+  if (more) comm->cutghostuser = reach();
+  for (int t = 1; t <= atom->ntypes && by_type(); t++) {
+    double &cut = comm->cutusermulti[neighbor->type2collection[t]];
+    if (cut >= reach(ball[t])) continue;
+    cut = reach(ball[t]);
+    more = true;
+  }
+  return more;
 }
 
 /* ----------------------------------------------------------------------
@@ -64,7 +82,7 @@ void DefeGhosts::provide(double longest)
 
 void DefeGhosts::find_all_nodes()
 {
-  if (comm->nprocs == 1 && !domain->xperiodic && !domain->yperiodic && !domain->zperiodic) return;
+  if (!any()) return;
   for (int attempt = 0; attempt < 5; attempt++) {
     make_for_setup();
     double longest = 0.0;
@@ -199,12 +217,19 @@ void DefeGhosts::unpack_reverse(int n, const int *list, const double *buf)
 
 void DefeGhosts::find_largest_ball()
 {
-  double ball = 0.0;
-  for (int i = 0; i < atom->nlocal && sys.model.contact(); i++)
-    if (!sys.store.de(i)) ball = MAX(ball, atom->radius[i]);
-  MPI_Allreduce(&ball, &largest_ball_, 1, MPI_DOUBLE, MPI_MAX, world);
-  for (int type = 1; type <= atom->ntypes && sys.model.contact(); type++)
-    largest_ball_ = MAX(largest_ball_, sys.checks.radius_to_come(type));
+  std::vector<double> mine(atom->ntypes + 1, 0.0);
+  ball.assign(atom->ntypes + 1, 0.0);
+  largest_ball_ = 0.0;
+  if (!sys.model.contact()) return;
+  for (int i = 0; i < atom->nlocal; i++) {
+    double &largest = mine[atom->type[i]];
+    if (!sys.store.de(i)) largest = MAX(largest, atom->radius[i]);
+  }
+  MPI_Allreduce(mine.data(), ball.data(), atom->ntypes + 1, MPI_DOUBLE, MPI_MAX, world);
+  for (int t = 1; t <= atom->ntypes; t++) {
+    ball[t] = MAX(ball[t], sys.checks.radius_to_come(t));
+    largest_ball_ = MAX(largest_ball_, ball[t]);
+  }
 }
 
 void DefeGhosts::set_cutoff()
@@ -216,6 +241,56 @@ void DefeGhosts::set_cutoff()
     error->warning(FLERR, "Communication cutoff raised from {} to {} for fix defe",
                    comm->cutghostuser, cut);
   comm->cutghostuser = cut;
+}
+
+bool DefeGhosts::by_type() const
+{
+  return comm->mode == Comm::MULTI;
+}
+
+bool DefeGhosts::any() const
+{
+  return comm->nprocs > 1 || domain->xperiodic || domain->yperiodic || domain->zperiodic;
+}
+
+/* ----------------------------------------------------------------------
+   Contacts of balls are computed where the facet or the DE is: all ranks that a ball reaches must know it, but not
+   it the nodes and DEs around it. In the mode multi each collection of types has its own distance.
+------------------------------------------------------------------------- */
+
+void DefeGhosts::set_cutoff_of_types()
+{
+  if (!by_type()) return tell_of_mode();
+  // LAMMPS takes the larger of both, with a warning where this one is less
+  comm->cutghostuser = MAX(comm->cutghostuser, neighbor->cutneighmax);
+  if (comm->cutusermulti && comm->ncollections_cutoff == neighbor->ncollections) {
+    raise();
+    return;
+  }
+  memory->destroy(comm->cutusermulti);
+  comm->ncollections_cutoff = neighbor->ncollections;
+  memory->create(comm->cutusermulti, comm->ncollections_cutoff, "comm:cutusermulti");
+  std::fill_n(comm->cutusermulti, comm->ncollections_cutoff, 0.0);
+  raise();
+}
+
+/* ----------------------------------------------------------------------
+   one ball can make ghosts of half of a body
+------------------------------------------------------------------------- */
+
+void DefeGhosts::tell_of_mode()
+{
+  constexpr double worth_it = 1.5;
+  const double small = reach(0.0), large = MAX(comm->cutghostuser, neighbor->cutneighmax);
+  if (told_of_mode || !any() || large < worth_it * small || largest_ball_ == 0.0) return;
+  told_of_mode = true;
+  if (comm->me == 0)
+    utils::logmesg(
+        lmp,
+        "Note: ghosts of all atoms reach {:.4g}, since balls are that large; with 'neighbor {:.8g} "
+        "multi' and 'comm_modify mode multi reduce/multi vel yes' those of nodes and DEs "
+        "reach {:.4g}\n",
+        large, neighbor->skin, small);
 }
 
 double DefeGhosts::provided() const

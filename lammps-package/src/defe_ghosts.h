@@ -9,6 +9,8 @@
 
 #include "defe_component.h"
 
+#include <vector>
+
 namespace LAMMPS_NS {
 
 /** What goes to ghosts, or comes back from them. */
@@ -43,8 +45,10 @@ class DefeGhosts : protected DefeComponent {
   /** Before a run: cutoff for what can be needed in it; collective. */
   void find_largest_ball();
   void set_cutoff();
+  /** The same once LAMMPS has its collections of types: with comm_modify mode multi only balls reach as far as they need. */
+  void set_cutoff_of_types();
   /** Distance from its sub-domain to which a rank needs ghosts. */
-  double reach() const;
+  double reach() const { return reach(largest_ball_); }
   /** More ghosts from the next exchange on, if elements have become longer or there are DEs now. */
   void provide(double longest);
   /** The ghost cutoff is certainly enough for elements of this length. */
@@ -60,8 +64,15 @@ class DefeGhosts : protected DefeComponent {
   double longest_provided =
       0.0;    // distance between nodes of an element that the cutoff is enough for
   double largest_ball_ = 0.0;
+  std::vector<double> ball;    // largest radius by type, of spheres that are no DEs
   DefeMessage *message = nullptr;
+  bool told_of_mode = false;
 
+  double reach(double ball_radius) const;
+  bool by_type() const;
+  void tell_of_mode();
+  bool any() const;
+  bool raise();
   bool longest_of_all(double &longest) const;
 
   class Positions : public DefeMessage {

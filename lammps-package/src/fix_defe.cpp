@@ -155,6 +155,7 @@ void FixDefe::setup_pre_exchange()
   sys.watch.walls();
   sys.elements.look_at_histories();
   sys.store.update_maxexchange();
+  sys.ghosts.set_cutoff_of_types();
   if (!update->setupflag) return;    // write_data comes here too
   sys.ghosts.find_all_nodes();
   sys.events.name_run();

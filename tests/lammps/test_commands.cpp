@@ -712,14 +712,27 @@ TEST(Beside, Balance)
   }
 }
 
-// Each kind of atoms with a ghost distance of its own: elements would miss their nodes.
+// Each collection of types with a ghost distance of its own; those by size, and LAMMPS' older way, are refused.
 TEST(Beside, CommunicationModeMulti)
 {
+  const std::string multi = "neighbor 0.0005 multi\ncomm_modify mode multi vel yes\n";
+  const Outcome &whole = straight(200);
+  for (const std::string types : {"", "neigh_modify collection/type 1 *\n"}) {
+    Lammps lmp;
+    make_beam(lmp, "multi.txt");
+    lmp.commands(multi + types + "run 100\ncomm_modify mode single\nrun 50\n" + multi + "run 50");
+    expect_same(whole, outcome(lmp, "multi.txt"), "multi " + types);
+  }
+  {
+    Lammps lmp;
+    make_beam(lmp);
+    lmp.commands(multi + "neigh_modify collection/interval 2 0.002 1.0");
+    EXPECT_THAT(failure(lmp, "run 1"), HasSubstr("collection/type"));
+  }
   Lammps lmp;
   make_beam(lmp);
-  lmp.commands("neighbor 0.0005 multi\nrun 1\ncomm_modify mode multi vel yes");
-  EXPECT_THAT(failure(lmp, "run 1"),
-              AllOf(HasSubstr("ghosts"), HasSubstr("comm_modify mode single")));
+  lmp.commands("comm_modify mode multi/old vel yes");
+  EXPECT_THAT(failure(lmp, "run 1"), HasSubstr("use mode single, or multi"));
 }
 
 TEST(Beside, AtomSort)
