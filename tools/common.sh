@@ -9,6 +9,21 @@ defe_cores() {
   env -u OMP_NUM_THREADS -u OMP_THREAD_LIMIT nproc 2>/dev/null || getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1
 }
 
+# What was compiled for this processor once is not compiled again, in another clone or after a look at another commit:
+# objects are kept by ccache, where LAMMPS is kept, too. Where the user has a launcher or a ccache of his own, that is used.
+defe_compiler_cache() {
+  if [[ -n ${CMAKE_CXX_COMPILER_LAUNCHER:-} ]] || ! command -v ccache >/dev/null; then return; fi
+  export CMAKE_CXX_COMPILER_LAUNCHER=ccache
+  if [[ -n ${CCACHE_DIR:-} ]]; then return; fi
+  export CCACHE_DIR=${DEFE_CACHE_DIR:-${XDG_CACHE_HOME:-$HOME/.cache}/defe}/ccache
+  export CCACHE_MAXSIZE=1G CCACHE_BASEDIR=$DEFE_ROOT CCACHE_NOHASHDIR=1
+  # precompiled headers are found by what they hold, not by when they were written
+  export CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+  # -march=native is not the same on all machines that may share a folder
+  CCACHE_NAMESPACE=$("${CXX:-c++}" -march=native -Q --help=target 2>/dev/null | cksum | cut -d ' ' -f 1)
+  export CCACHE_NAMESPACE
+}
+
 # defe_build PRESET [target] -- [cmake options]: configures and builds into build/PRESET, or build/$DEFE_FOLDER.
 # Says what it does and how far it is; everything else goes into a log, of which a failure shows the end.
 defe_build() {
@@ -30,6 +45,7 @@ defe_build() {
   fi
   jobs=$(defe_cores)
   start=$SECONDS
+  defe_compiler_cache
 
   local generator=()
   # An existing build keeps its generator.

@@ -10,7 +10,7 @@ packages=()
 for group; do
   case $group in
     build)
-      packages+=(g++ cmake ninja-build libopenmpi-dev openmpi-bin libeigen3-dev
+      packages+=(g++ ccache cmake ninja-build libopenmpi-dev openmpi-bin libeigen3-dev
         libhdf5-openmpi-dev libpng-dev zlib1g-dev dpkg-dev xz-utils ca-certificates) ;;
     tests) packages+=(libgtest-dev libgmock-dev) ;;
     plots) packages+=(python3 python3-numpy python3-matplotlib python3-pil) ;;
