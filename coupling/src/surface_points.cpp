@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
-#include <map>
 
 namespace defe::search {
 
@@ -65,13 +64,17 @@ void ContactPoints::find_points()
       own = std::max(own, facets->side(corners[c]).extent);
       looks |= facets->side(corners[c]).directions;
     }
-    points.push_back({i, part_of[i], -1, 0.0, 1.1 * own, opposite(looks)});
+    points.push_back({i, part_of[i], -1, 0.0, 1.1 * own, opposite(looks), 0});
   }
   const SurfaceDEs &des = scene->des;
   for (int d = 0; d < des.count; d++) {
     const int i = des.particle[d];
-    points.push_back({i, des.part[d], d, des.distance[i], 0.5 * std::sqrt(des.area[d]), ~0u});
+    points.push_back({i, des.part[d], d, des.distance[i], 0.5 * std::sqrt(des.area[d]), ~0u, 0});
   }
+  // from the smallest on, so that those of one mesh are mostly of one class
+  double least[2] = {HUGE_VAL, HUGE_VAL};
+  for (const auto &p : points) least[p.de >= 0] = std::min(least[p.de >= 0], own_reach(p));
+  for (auto &p : points) p.size = std::ilogb(own_reach(p) / least[p.de >= 0]);
 }
 
 /* ----------------------------------------------------------------------
@@ -122,39 +125,63 @@ bool ContactPoints::goes_on(const Point &p, const double *x, int k)
 
 void ContactPoints::sort_facets()
 {
-  struct SizeClass {
+  // what points add to a facet's own size: a few large ones must not make cells of all facets large
+  struct SizeOfPoints {
+    double most = 0.0;
+    double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  };
+  std::map<int, SizeOfPoints> sizes[2];
+  for (const auto &p : points) {
+    SizeOfPoints &its = sizes[p.de >= 0][p.size];
+    its.most = std::max(its.most, own_reach(p));
+    const double *x = scene->particles.at(p.particle);
+    for (int d = 0; d < 3; d++) {
+      its.lo[d] = std::min(its.lo[d], x[d]);
+      its.hi[d] = std::max(its.hi[d], x[d]);
+    }
+  }
+  const double drift = 1.5 * scene->skin, extent_max = facets->largest_extent();
+  struct Sorted {
     double reach = 0.0;
     std::vector<Candidate> candidates;
   };
-  // of what a node and a DE add to a facet's own size: nodes' patches reach much farther
-  double most[2] = {0.0, 0.0};
-  for (const auto &p : points) {
-    double &its = most[p.de >= 0];
-    its = std::max(its, p.de >= 0 ? std::max(p.r, p.aside) : 1.5 * p.aside);
-  }
-  const double drift = 1.5 * scene->skin, extent_max = facets->largest_extent();
-  there.clear();
-  for (int kind = 0; kind < 2; kind++) {
-    if (most[kind] == 0.0) continue;    // none
-    std::map<int, SizeClass> classes;
-    for (int k = 0; k < facets->count(); k++) {
-      const ContactFacets::Side &side = facets->side(k);
-      // depths are below 0.5 extents
-      const double mine = 1.5 * side.extent + most[kind] + drift;
-      auto &c = classes[std::ilogb((1.5 * extent_max + most[kind] + drift) / mine)];
-      c.reach = std::max(c.reach, mine);
-      const double *at = side.centre;
-      c.candidates.push_back(
-          {{at[0], at[1], at[2]}, side.extent, tables->facets[k].part, k, side.directions});
+  for (int kind = 0; kind < 2; kind++)
+    for (const auto &size : sizes[kind]) {
+      const SizeOfPoints &its = size.second;
+      std::map<std::pair<int, unsigned>, Sorted> classes;
+      for (int k = 0; k < facets->count(); k++) {
+        const ContactFacets::Side &side = facets->side(k);
+        // depths are below 0.5 extents
+        const double mine = 1.5 * side.extent + its.most + drift;
+        const double *at = side.centre;
+        bool far = false;
+        for (int d = 0; d < 3; d++)
+          far = far || !(at[d] > its.lo[d] - mine && at[d] < its.hi[d] + mine);
+        if (far) continue;
+        const int of_facet = std::ilogb((1.5 * extent_max + its.most + drift) / mine);
+        const Candidate candidate{
+            {at[0], at[1], at[2]}, side.extent, tables->facets[k].part, k, side.directions};
+        const auto add = [&](unsigned direction) {
+          auto &c = classes[{of_facet, direction}];
+          c.reach = std::max(c.reach, mine);
+          c.candidates.push_back(candidate);
+        };
+        if (kind == 1)
+          add(~0u);
+        else
+          for (unsigned bit = 1; bit <= side.directions; bit <<= 1)
+            if (side.directions & bit) add(bit);
+      }
+      auto &sorted = lists[kind][size.first];
+      for (auto &c : classes) {
+        sorted.push_back(
+            {List(std::move(c.second.candidates), c.second.reach, 2), c.first.second, {}});
+        if (kind == 0)
+          sorted.back().near_cell = sorted.back().list.bits_around([](const Candidate &) {
+            return 1u;
+          });
+      }
     }
-    for (auto &c : classes) {
-      lists[kind].emplace_back(std::move(c.second.candidates), c.second.reach, 2);
-      if (kind == 0)
-        there.push_back(lists[kind].back().bits_around([](const Candidate &f) {
-          return f.directions;
-        }));
-    }
-  }
 }
 
 /* ----------------------------------------------------------------------
@@ -186,7 +213,7 @@ int ContactPoints::group_from(int first)
   int last = first;
   for (; last < static_cast<int>(points.size()) && last < first + most; last++) {
     const Point &p = points[last];
-    if ((p.de < 0) != nodes) break;
+    if ((p.de < 0) != nodes || p.size != points[first].size) break;
     const double *x = scene->particles.at(p.particle);
     double square = 0.0, low[3], high[3];
     for (int d = 0; d < 3; d++) {
@@ -205,24 +232,33 @@ int ContactPoints::group_from(int first)
   return last;
 }
 
+double ContactPoints::own_reach(const Point &p) const
+{
+  return p.de < 0 ? 1.5 * p.aside : std::max(p.r, p.aside);    // nodes' patches reach much farther
+}
+
 double ContactPoints::reach_of(const Point &p) const
 {
-  return (p.de < 0 ? 1.5 * p.aside : std::max(p.r, p.aside)) + 1.5 * scene->skin;
+  return own_reach(p) + 1.5 * scene->skin;
 }
 
 void ContactPoints::find_near_group(int first, int last)
 {
   const int kind = points[first].de >= 0;
   around.clear();
-  for (std::size_t l = 0; l < lists[kind].size(); l++) {
-    const List &list = lists[kind][l];
-    if (kind == 0 && !any_against(l, first, last)) continue;
+  for (const Facing &facing : lists[kind].at(points[first].size)) {
+    if (!(facing.direction & group.against)) continue;
+    const List &list = facing.list;
+    if (!list.may_reach(group.x, group.radius)) continue;
+    if (kind == 0 && !any_near(facing, first, last)) continue;
     list.runs_around(
         group.x,
         [&](int begin, int end) {
           for (int c = begin; c < end; c++) {
             const Candidate &f = list.all()[c];
-            if (kind == 0 && !(f.directions & group.against)) continue;
+            // those aslant only once: by the first direction that counts
+            const unsigned shared = f.directions & group.against;
+            if (kind == 0 && (shared & (0u - shared)) != facing.direction) continue;
             const double cut = 1.5 * f.extent + group.reach + group.radius * (1.0 + 1e-9);
             if (dist_sq(group.x, f.x) <= cut * cut) around.push_back(f);
           }
@@ -259,7 +295,8 @@ void ContactPoints::fill_lanes(int first, int last)
 }
 
 /* ----------------------------------------------------------------------
-   for which of the lanes look_at() may say yes: all of them at once, and with some room for rounding. Most say no
+   for which of the lanes the facet is near enough (FacetPlane::out_of_reach): all of them at once, and with some room for
+   rounding. Most are not
 ------------------------------------------------------------------------- */
 
 unsigned ContactPoints::within_reach(const Candidate &f) const
@@ -299,15 +336,10 @@ unsigned ContactPoints::within_reach(const Candidate &f) const
   return all;
 }
 
-/* ----------------------------------------------------------------------
-   around one of these nodes there is a facet of list l that faces it
-------------------------------------------------------------------------- */
-
-bool ContactPoints::any_against(std::size_t l, int first, int last) const
+bool ContactPoints::any_near(const Facing &facing, int first, int last) const
 {
   for (int n = first; n < last; n++)
-    if (there[l][lists[0][l].cell_of(scene->particles.at(points[n].particle))] & points[n].against)
-      return true;
+    if (facing.near_cell[facing.list.cell_of(scene->particles.at(points[n].particle))]) return true;
   return false;
 }
 
@@ -315,23 +347,16 @@ inline void ContactPoints::look_at(int n, const Candidate &f)
 {
   const Point &p = points[n];
   if (p.de < 0 && !(f.directions & p.against)) return;
-  const double cut = 1.5 * f.extent + reach_of(p);
-  if (dist_sq(scene->particles.at(p.particle), f.x) > cut * cut) return;
   if (scene->parts[p.part].rigid && tables->facets[f.facet].k_area < 0.0) return;
   if (may_touch(p, f)) near.emplace_back(n, f.facet);
 }
 
 bool ContactPoints::may_touch(const Point &p, const Candidate &f)
 {
-  const bool is_node = p.de < 0;
   const double *xp = scene->particles.at(p.particle);
-  const double behind = 0.75 * f.extent + (is_node ? p.aside : 0.0);
-  if (tables->planes[f.facet].out_of_reach(Vec3(xp), is_node ? p.aside : p.r, behind, p.aside,
-                                           scene->skin))
-    return false;
   const ContactFacet &facet = tables->facets[f.facet];
   // a lasting tie: the facet need not be looked at again
-  if (!is_node) return !scene->ties->lasting(p.de, f.part, facet.element);
+  if (p.de >= 0) return !scene->ties->lasting(p.de, f.part, facet.element);
   if (!faces_it(p.particle, f.facet) || goes_on(p, xp, f.facet)) return false;
   if (f.part == p.part) return !joined(p.particle, facet);
   return scene->tied_parts.empty() || !glued(p, facet);

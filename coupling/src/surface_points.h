@@ -6,6 +6,7 @@
 
 #include "surface_facets.h"
 
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -29,6 +30,7 @@ class ContactPoints {
     int de;              // index into SurfaceScene::des, -1: a node
     double r, aside;     // how far beside a facet it still counts
     unsigned against;    // directions of normals that it may press on
+    int size;            // class of its reach
   };
   using List = CellList<Candidate>;
 
@@ -52,10 +54,15 @@ class ContactPoints {
     double x[3][most], r[most], aside[most], behind[most], reach[most];
   } lanes;
   std::vector<int> of_lane[most];    // candidates that are left for each of them
-  // for nodes and for DEs, one list for each class of sizes
-  std::vector<List> lists[2];
-  std::vector<std::vector<unsigned>>
-      there;    // directions of the facets around each cell, for nodes
+  /// Facets of about one size that points of one class may meet. For nodes those that face one way, since most of what
+  /// is near a node looks along with its own facets; a facet aslant is in several.
+  struct Facing {
+    List list;
+    unsigned direction;                 // of `directions`, all for DEs
+    std::vector<unsigned> near_cell;    // whether there is any around each cell
+  };
+  // by kind, nodes and DEs, and by the class of the points' reach
+  std::map<int, std::vector<Facing>> lists[2];
 
   void find_corners();
   void find_points();
@@ -65,8 +72,9 @@ class ContactPoints {
   int group_from(int first);
   void fill_lanes(int first, int last);
   unsigned within_reach(const Candidate &) const;
+  double own_reach(const Point &) const;
   double reach_of(const Point &) const;
-  bool any_against(std::size_t list, int first, int last) const;
+  bool any_near(const Facing &, int first, int last) const;
   void find_near_group(int first, int last);
   bool may_touch(const Point &, const Candidate &);
   bool joined(int node, const ContactFacet &) const;

@@ -74,11 +74,10 @@ struct Cells {
 };
 
 /// Items with a position, double x[3], sorted by cells. Those within `size` of a place are in the cells
-/// around it, `far` in each direction (1: 27 cells, which are nine runs of items; more: cells are smaller,
-/// and less is looked at that is too far away).
+/// around it, up to `far` in each direction (more: cells are smaller, and less is looked at that is too far away).
 template <class Item> class CellList {
  public:
-  CellList(std::vector<Item> &&unsorted, double size, int far_ = 1) : far(far_)
+  CellList(std::vector<Item> &&unsorted, double size, int far_ = 1) : far(far_), reach(size)
   {
     for (const auto &item : unsorted) cells.add(item.x);
     cells.divide(size / far);
@@ -96,6 +95,14 @@ template <class Item> class CellList {
   const std::vector<Item> &all() const { return items; }
 
   std::size_t cell_of(const double *x) const { return cells.of(x); }
+  /// Whether there may be anything within `size` of places that are within `beyond` of x.
+  bool may_reach(const double *x, double beyond) const
+  {
+    const double most = (reach + beyond) * (1.0 + 1e-9);
+    for (int d = 0; d < 3; d++)
+      if (!(x[d] >= cells.lo[d] - most && x[d] <= cells.hi[d] + most)) return false;
+    return true;
+  }
   /// Of each cell: what bits(item) says of the items in it and in those around it.
   template <class F> std::vector<unsigned> bits_around(F bits) const
   {
@@ -106,22 +113,38 @@ template <class Item> class CellList {
     return all;
   }
 
-  /// f(first, last) for each run of indices into all().
+  /// f(first, last) for runs of indices into all(), which hold all items within `size` of x, and few others.
   /// \param beyond  of the places around x that are meant
   template <class F> void runs_around(const double *x, F f, double beyond = 0.0) const
   {
-    if (items.empty()) return;
-    int c[3];
-    cells.of(x, c);
-    const int wide = far + static_cast<int>(std::ceil(beyond * cells.inverse));
-    const int x0 = std::max(c[0] - wide, 0), x1 = std::min(c[0] + wide, cells.n[0] - 1);
-    for (int k = std::max(c[2] - wide, 0); k <= std::min(c[2] + wide, cells.n[2] - 1); k++)
-      for (int j = std::max(c[1] - wide, 0); j <= std::min(c[1] + wide, cells.n[1] - 1); j++)
-        f(start[cells.index(x0, j, k)], start[cells.index(x1, j, k) + 1]);
+    if (items.empty() || !may_reach(x, beyond)) return;
+    const double most = (reach + beyond) * (1.0 + 1e-9), cell_size = 1.0 / cells.inverse;
+    int from[3], to[3];
+    for (int d = 0; d < 3; d++) {
+      const double at = x[d] - cells.lo[d];
+      const auto cell = [&](double y) {
+        return static_cast<int>(std::min(std::max(y * cells.inverse, 0.0), cells.n[d] - 1.0));
+      };
+      from[d] = cell(at - most);
+      to[d] = cell(at + most);
+    }
+    const auto beside = [&](int d, int c) {    // from x to the layer of these cells
+      const double at = x[d] - (cells.lo[d] + c * cell_size);
+      return std::max(std::max(-at, at - cell_size), 0.0);
+    };
+    for (int k = from[2]; k <= to[2]; k++) {
+      const double z = beside(2, k);
+      for (int j = from[1]; j <= to[1]; j++) {
+        const double y = beside(1, j);
+        if (y * y + z * z > most * most) continue;
+        f(start[cells.index(from[0], j, k)], start[cells.index(to[0], j, k) + 1]);
+      }
+    }
   }
 
  private:
   int far;
+  double reach;
   Cells cells;
   std::vector<int> start;    // per cell, and the end
   std::vector<Item> items;
