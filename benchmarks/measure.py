@@ -331,7 +331,7 @@ def plate(r, name, variables=(), end="4e-5", fine=False, ranks=1):
     work = r.out / "runs" / name
     work.mkdir(parents=True, exist_ok=True)
     mesh = work / "mesh.data"
-    n, edge = ("100", "1e-3") if fine else ("50", "2e-3")
+    n, edge = ("25", "4e-3") if r.quick else ("100", "1e-3") if fine else ("50", "2e-3")
     r.execute([sys.executable, ROOT / "tools" / "layers2data", mesh, "--axis", "z", "--layer", "lower", "0.003", "3", "1",
                "--layer", "inter", "0.00076", "1", "5", "--layer", "upper", "0.003", "3", "1",
                "--x", "-0.05", n, "0.05", "--y", "-0.05", n, "0.05"], work, work / "mesh.txt")
