@@ -65,7 +65,7 @@ std::vector<NewDE> convert_hex(const fe::HexCoords &X, const fe::HexCoords &x,
 GeneralCell cell_of(const std::vector<NewDE> &all, int place, ElementSplit split)
 {
   GeneralCell cell;
-  cell.tie = 0;
+  cell.tie = cell.free = 0;
   for (int s = 0; s < 6; ++s) {
     cell.face[s] = all[place].face[s];
     if (split.outer(place, s))

@@ -1,6 +1,7 @@
 #include "defe/coupling/corner_strain.h"
 
 #include "corner_metric.h"
+#include "selective_shear.h"
 
 #include "defe/simd.h"
 
@@ -92,7 +93,7 @@ double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned 
       strain[s][t] = both ? 0.25 * (us.dot(current[t] + Mt) + ut.dot(current[s] + Ms)) : 0.0;
     }
 
-  double G[6][C], E[6][C], S[6][C], lambda[C], w[C], energy[C];
+  double G[6][C], E[6][C], S[6][C], lambda[C], w[C], energy[C], inverse[6][C];
   for (int corner = 0; corner < C; ++corner) {
     for (int j = 0; j < 6; ++j) {
       const int s = corner_slot(corner, row[j]), t = corner_slot(corner, column[j]);
@@ -112,6 +113,12 @@ double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned 
     const double gxx = f * cxx, gyy = f * (xx * zz - xz * xz);
     const double gzz = f * (xx * yy - xy * xy);
     const double gxy = f * cxy, gxz = f * cxz, gyz = f * (xy * xz - xx * yz);
+    inverse[0][c] = gxx;
+    inverse[1][c] = gyy;
+    inverse[2][c] = gzz;
+    inverse[3][c] = gxy;
+    inverse[4][c] = gxz;
+    inverse[5][c] = gyz;
 
     // mixed components G^ac E_cb, then S^ab = lambda_e G^ab tr E + 2 mu G^ac E_cd G^db
     const double exx = E[0][c], eyy = E[1][c], ezz = E[2][c], exy = E[3][c], exz = E[4][c];
@@ -137,8 +144,10 @@ double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned 
         0.5 * q * (axx * axx + ayy * ayy + azz * azz + 2.0 * (axy * ayx + axz * azx + ayz * azy));
   }
 
-  add_corner_forces(S, current, half_force);
   double total = 0.0;
+  const SelectiveShear selective(cell);
+  if (selective.any()) total = selective.add(cell, present, moduli, inverse, E, w, S);
+  add_corner_forces(S, current, half_force);
   for (double e : energy) total += e;
   return total;
 }
@@ -198,6 +207,7 @@ namespace {
     double h[6][W];       // thickness
     double c[6][W];       // h / l
     double m[6][W];       // 1 present, 0 absent
+    double free[6][W];    // 1 free from the start
     double lambda[4][W], mu[W];
     double f[6][3][W];
     double energy[W];
@@ -336,6 +346,74 @@ namespace {
     }
   }
 
+  DEFE_INLINE bool any_flat(const Sums &sums)
+  {
+    const auto &H = sums.H;
+    bool any = false;
+    for (int l = 0; l < W; ++l) {
+      const double most = std::max(std::max(H[0][l], H[1][l]), H[2][l]);
+      const double least = std::min(std::min(H[0][l], H[1][l]), H[2][l]);
+      any |= least < cube_from * most;
+    }
+    return any;
+  }
+
+  /// Selective shear, a term for each longer axis a and shorter axis b. With q = p_a+ - p_a- and D = sum of h p on b it is
+  /// -A (q.D)^2/2: absent joints have p = 0, so that q is that of the side that is left.
+  template <bool FULL> __attribute__((noinline)) void selective_shear(const Sums &sums, Chunk &k)
+  {
+    const auto &H = sums.H;
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) {
+        if (a == b) continue;
+        double drop[W];
+        bool any = false;
+        for (int l = 0; l < W; ++l) {
+          drop[l] = shear_to_drop(H[a][l], H[b][l]);
+          any |= drop[l] > 0.0;
+        }
+        if (!any) continue;
+        const int c = 3 - a - b, r = 2 * a, s = 2 * a + 1, t = 2 * b, u = 2 * b + 1;
+        for (int l = 0; l < W; ++l) {
+          const double hr = k.h[r][l], hs = k.h[s][l], ht = k.h[t][l], hu = k.h[u][l];
+          const double inverse = 1.0 / H[a][l];
+          double across = H[b][l], sides = 1.0;
+          if (!FULL) {
+            const double mr = k.m[r][l], ms = k.m[s][l];
+            const double only_r = mr * (1.0 - ms) * (1.0 - k.free[s][l]);
+            const double only_s = ms * (1.0 - mr) * (1.0 - k.free[r][l]);
+            across = k.m[t][l] * ht + k.m[u][l] * hu;
+            across = across > 0.0 ? across : 1.0;
+            sides = mr * ms + only_r / (1.0 - drop[l] * hr * inverse) +
+                only_s / (1.0 - drop[l] * hs * inverse);
+          }
+          const double A = drop[l] * k.mu[l] * H[c][l] * hr * hs * inverse / across * sides;
+          double q[3], D[3], g = 0.0;
+          for (int i = 0; i < 3; ++i) {
+            q[i] = k.p[s][i][l] - k.p[r][i][l];
+            D[i] = ht * k.p[t][i][l] + hu * k.p[u][i][l];
+            g += q[i] * D[i];
+          }
+          const double e = A * g;
+          double er = e * k.c[r][l] / hr, es = e * k.c[s][l] / hs;
+          double et = e * k.c[t][l], eu = e * k.c[u][l];
+          if (!FULL) {
+            er *= k.m[r][l];
+            es *= k.m[s][l];
+            et *= k.m[t][l];
+            eu *= k.m[u][l];
+          }
+          k.energy[l] -= 0.5 * e * g;
+          for (int i = 0; i < 3; ++i) {
+            k.f[r][i][l] -= er * D[i];
+            k.f[s][i][l] -= es * D[i];
+            k.f[t][i][l] += et * q[i];
+            k.f[u][i][l] -= eu * q[i];
+          }
+        }
+      }
+  }
+
   template <bool FULL> void corner_forces(Chunk &k)
   {
     Sums sums;
@@ -343,6 +421,7 @@ namespace {
     sum_traces<FULL>(k, sums);
     forces_of(sums, k);
     energy_of(sums, k);
+    if (any_flat(sums)) selective_shear<FULL>(sums, k);
   }
 
   /// Each DE by the formula for all joints if it has all, whatever those beside it have.
@@ -399,6 +478,7 @@ double corner_strain_orthogonal(const OrthogonalLattice &lattice, const double *
         k.h[s][l] = lattice.half[i][s];
         k.c[s][l] = lattice.len[i][s];
         k.m[s][l] = there;
+        if (!full) k.free[s][l] = lattice.free && (lattice.free[i] >> s & 1u);
       }
     }
     for (int s = 0; s < 6; ++s)

@@ -1,6 +1,8 @@
 #include "defe/coupling/crack_stress.h"
 
 #include "corner_metric.h"
+#include "selective_shear.h"
+
 #include "defe/simd.h"
 
 #include <Eigen/Eigenvalues>
@@ -60,29 +62,69 @@ namespace {
     return S;
   }
 
+  /// Adds the selective shear of a flat cell to volume times stress of its corners.
+  void add_selective_shear(const SelectiveShear &selective, const GeneralCell &cell,
+                           const Vec3 y[6], unsigned present, const CornerModuli &moduli,
+                           const double w[8], Mat3 stress[8])
+  {
+    constexpr int at[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+    double inverse[6][8] = {}, E[6][8] = {}, S[6][8] = {};
+    for (int corner = 0; corner < 8; ++corner) {
+      const CornerMetric m(cell, present, corner);
+      for (int a = 0; a < 3; ++a) inverse[a][corner] = 1.0;
+      for (int a = 0; a < m.joints; ++a)
+        for (int b = a; b < m.joints; ++b) {
+          const int s = m.slot[a], t = m.slot[b];
+          const Vec3 us = y[s] - cell.dX[s], ut = y[t] - cell.dX[t];
+          inverse[at[s / 2][t / 2]][corner] = m.inverse(a, b);
+          E[at[s / 2][t / 2]][corner] =
+              0.25 * (us.dot(y[t] + cell.dX[t]) + ut.dot(y[s] + cell.dX[s]));
+        }
+    }
+    selective.add(cell, present, moduli, inverse, E, w, S);
+    for (int corner = 0; corner < 8; ++corner)
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) {
+          const int s = corner_slot(corner, a), t = corner_slot(corner, b);
+          if (present >> s & present >> t & 1u)
+            stress[corner] += S[at[a][b]][corner] * cell.dX[s] * cell.dX[t].transpose();
+        }
+  }
+
 }    // namespace
 
 CrackStress crack_stress(const GeneralCell &cell, const Vec3 y[6], unsigned present,
                          const CornerModuli &moduli)
 {
   CrackStress sum{};
+  double w[8];
+  Mat3 stress[8];
+  for (int corner = 0; corner < 8; ++corner) {
+    const unsigned all =
+        1u << corner_slot(corner, 0) | 1u << corner_slot(corner, 1) | 1u << corner_slot(corner, 2);
+    w[corner] = corner_volume(cell, corner);
+    if ((present & all) == all)
+      stress[corner] = full_stress(cell, y, corner, w[corner], moduli);
+    else if (present & all)
+      stress[corner] = reduced_stress(cell, y, present, corner, w[corner], moduli);
+    else
+      stress[corner].setZero();
+  }
+  const SelectiveShear selective(cell);
+  if (selective.any()) add_selective_shear(selective, cell, y, present, moduli, w, stress);
   for (int corner = 0; corner < 8; ++corner) {
     const unsigned all =
         1u << corner_slot(corner, 0) | 1u << corner_slot(corner, 1) | 1u << corner_slot(corner, 2);
     if (!(present & all)) continue;
-    const bool full = (present & all) == all;
-    const double w = corner_volume(cell, corner);
-    const Mat3 S = full ? full_stress(cell, y, corner, w, moduli)
-                        : reduced_stress(cell, y, present, corner, w, moduli);
     for (int a = 0; a < 3; ++a) {
       const int s = corner_slot(corner, a);
       if (!(present >> s & 1u)) continue;
-      add(sum.slot[s], S);
-      sum.slot_volume[s] += w;
+      add(sum.slot[s], stress[corner]);
+      sum.slot_volume[s] += w[corner];
     }
-    if (full) {
-      add(sum.full, S);
-      sum.full_volume += w;
+    if ((present & all) == all) {
+      add(sum.full, stress[corner]);
+      sum.full_volume += w[corner];
     }
   }
   return sum;
@@ -98,6 +140,7 @@ namespace {
 
   struct BoxLanes {
     Pack axes[3][3], g[6][3], there[6], half[6];
+    Pack free[6];           // 1 where there never was a joint
     Pack lambda[4], mu2;    // by joints at a corner; 2 mu
 
     BoxLanes(int n, const CrackBox *box)
@@ -119,6 +162,9 @@ namespace {
         });
         half[s] = of([=](const CrackBox &b) {
           return b.half[s];
+        });
+        free[s] = of([=](const CrackBox &b) {
+          return b.free >> s & 1u ? 1.0 : 0.0;
         });
         const Pack length = of([=](const CrackBox &b) {
           return b.present >> s & 1u ? b.length[s] : 1.0;
@@ -174,12 +220,48 @@ namespace {
     }
   }
 
+  /// Selective shear: E of the corners on either side of a longer axis, each less its share of the difference.
+  void reduce_shear(const BoxLanes &box, Pack shear[6][6])
+  {
+    const auto at = [&](int s, int t) -> Pack & {
+      return s < t ? shear[s][t] : shear[t][s];
+    };
+    Pack length[3];
+    for (int a = 0; a < 3; ++a) length[a] = box.half[2 * a] + box.half[2 * a + 1];
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) {
+        if (a == b) continue;
+        const Pack drop = simd::generate([&](int l) {
+          return shear_to_drop(length[a][l], length[b][l]);
+        });
+        bool any = false;
+        for (int l = 0; l < simd::width; ++l) any |= drop[l] > 0.0;
+        if (!any) continue;
+        const int side[2] = {2 * a, 2 * a + 1}, t = 2 * b, u = 2 * b + 1;
+        const Pack ht = box.there[t] * box.half[t], hu = box.there[u] * box.half[u];
+        const Pack across = simd::max(ht + hu, 1e-6 * length[b]);    // without joints E is 0
+        Pack mean[2];
+        for (int i = 0; i < 2; ++i) mean[i] = (ht * at(side[i], t) + hu * at(side[i], u)) / across;
+        for (int i = 0; i < 2; ++i) {
+          const Pack part = box.half[side[i]] / length[a];
+          const Pack alone = (1.0 - box.there[side[1 - i]]) * (1.0 - box.free[side[1 - i]]);
+          const Pack weight = box.there[side[1 - i]] + alone / (1.0 - drop * part);
+          // of either side the other one's part; mean is 0 where there is no joint
+          const Pack less =
+              drop * (1.0 - part) * weight * (mean[i] - mean[1 - i]) * box.there[side[i]];
+          at(side[i], t) -= less * box.there[t];
+          at(side[i], u) -= less * box.there[u];
+        }
+      }
+  }
+
   void sum_corners(const BoxLanes &box, SumLanes &sum)
   {
     Pack normal[6], shear[6][6];
     for (int s = 0; s < 6; ++s) normal[s] = box.normal(s);
     for (int s = 0; s < 4; ++s)
       for (int t = 2 * (s / 2) + 2; t < 6; ++t) shear[s][t] = box.shear(s, t);
+    reduce_shear(box, shear);
     sum = SumLanes{};
     for (int corner = 0; corner < 8; ++corner) {
       const int s[3] = {corner_slot(corner, 0), corner_slot(corner, 1), corner_slot(corner, 2)};

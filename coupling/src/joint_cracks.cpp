@@ -472,6 +472,7 @@ GeneralCell JointCracks::cell(int d) const
   if (d >= jt.orthogonal) return jt.cell[d - jt.orthogonal];
   GeneralCell c;
   c.tie = 0;
+  c.free = jt.free[d];
   for (int s = 0; s < 6; ++s) {
     const int nb = jt.nb[d][s];
     c.face[s] = Vec3(jt.record(d, s).face);
@@ -517,6 +518,7 @@ void JointCracks::fill(CrackBox &box, int d) const
   std::copy_n(jt.half[d].data(), 6, box.half);
   arms(d, box.y);
   box.present = jt.present[d];
+  box.free = jt.free[d];
   box.moduli = moduli[jt.material[d]];
 }
 

@@ -23,6 +23,7 @@ void JointTable::clear()
   len.clear();
   half.clear();
   material.clear();
+  free.clear();
   cell.clear();
   stress_free.clear();
   half_force.clear();
@@ -95,7 +96,7 @@ double JointTable::corner_energy(int d, unsigned present, const double *x,
   }
   const int self_point = 0;
   const auto bits = static_cast<unsigned char>(present);
-  const OrthogonalLattice one{1, &self_point, points, &bits, length, border, nullptr};
+  const OrthogonalLattice one{1, &self_point, points, &bits, length, border, nullptr, &free[d]};
   const double sum = corner_strain_orthogonal(one, xs, nullptr, &moduli, force, energy_of_it);
   for (int s = 0; s < 6; ++s) half_force[s] = Vec3(force[0][s]);
   return sum;

@@ -143,9 +143,10 @@ void DefeTables::draft_cell(int i, Draft &draft, defe::GeneralCell &cell)
 {
   DERecord &r = *sys.store.de(i);
   draft.atom = i;
-  cell.tie = 0;
+  cell.tie = cell.free = 0;
   for (int s = 0; s < 6; s++) {
     JointSlot &slot = r.slot[s];
+    if (slot.kind == DefeJoint::NONE) cell.free |= 1 << s;
     draft.nb[s] = i;
     cell.dX[s].setZero();
     cell.face[s] = Vec3(slot.face);
@@ -210,6 +211,7 @@ void DefeTables::list_des(const std::vector<Draft> &ortho, const std::vector<Dra
   jt.nall = static_cast<int>(jt.self.size());
   jt.partner.resize(n);
   jt.present.assign(n, 0);
+  jt.free.assign(n, 0);
   jt.area.resize(n);
   jt.material.resize(n);
   jt.half_force.assign(jt.nall, std::array<double, 18>{});
@@ -228,6 +230,7 @@ void DefeTables::fill_slots(int d)
     const JointSlot &slot = r.slot[s];
     if (slot.kind == DefeJoint::TIE)
       tied_.push_back({d, slot.part, slot.other, Vec3(slot.face).dot(Vec3(slot.normal))});
+    if (slot.kind == DefeJoint::NONE) jt.free[d] |= 1 << s;
     jt.partner[d][s] = -1;
     jt.state[6 * d + s] = slot.plane ? DefeJoint::PLANE : slot.state;
     jt.area[d][s] = slot.area;

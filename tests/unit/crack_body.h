@@ -56,7 +56,7 @@ class CrackBody {
   std::vector<std::int64_t> id;
   std::vector<std::array<double, 3>> X;
   std::vector<std::array<int, 6>> partner;
-  std::vector<unsigned char> outer, state, present, type;
+  std::vector<unsigned char> outer, state, present, type, free;
   std::vector<std::uint16_t> turned;
   std::vector<std::array<Vec3, 6>> area;    // whole joints, outward
   std::vector<double> volume, quiet, energy, mass;
@@ -338,6 +338,7 @@ class CrackBody {
         len[i][s] = there ? lattice().vector(6 * i + s).norm() : 1.0;
         thick[i][s] = block.de[i].cell.face[s].norm();
       }
+      free.push_back(block.de[i].cell.free);
     }
   }
 
@@ -350,7 +351,8 @@ class CrackBody {
                                 present.data(),
                                 reinterpret_cast<const double(*)[6]>(len.data()),
                                 reinterpret_cast<const double(*)[6]>(thick.data()),
-                                nullptr};
+                                nullptr,
+                                free.data()};
       corner_strain_orthogonal(l, x[0].data(), nullptr, &moduli,
                                reinterpret_cast<double(*)[6][3]>(half.data()), energy.data());
     } else {

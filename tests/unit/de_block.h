@@ -155,7 +155,10 @@ class Block {
           p.nb_slot[s] = s ^ 1;
         } else {
           const fe::FaceNeighbor &other = neighbors[p.element][s];
-          if (other.element < 0) continue;
+          if (other.element < 0) {
+            p.cell.free |= 1u << s;
+            continue;
+          }
           const int at = split.first_on_face(p.place, s);
           if (converted[other.element]) {
             const int rotation = fe::hex_face_position(other.face, other.node[0]);
@@ -253,7 +256,7 @@ class Block {
     const int n = des(), n0 = nodes();
     std::vector<int> self(n);
     std::vector<std::array<int, 6>> nb(n);
-    std::vector<unsigned char> present(n);
+    std::vector<unsigned char> present(n), free(n);
     std::vector<std::array<double, 6>> len(n), thick(n);
     std::vector<double> energy(n);
     Vectors points;
@@ -261,6 +264,7 @@ class Block {
     for (int i = 0; i < n; ++i) {
       self[i] = n0 + i;
       present[i] = de[i].present;
+      free[i] = de[i].cell.free;
       for (int s = 0; s < 6; ++s) {
         const bool there = present[i] >> s & 1u;
         nb[i][s] = there ? (de[i].nb[s] >= 0 ? n0 + de[i].nb[s] : de[i].nb[s]) : -999999;
@@ -274,7 +278,8 @@ class Block {
                                     present.data(),
                                     reinterpret_cast<const double(*)[6]>(len.data()),
                                     reinterpret_cast<const double(*)[6]>(thick.data()),
-                                    nullptr};
+                                    nullptr,
+                                    free.data()};
     static_assert(sizeof(std::array<Vec3, 6>) == 18 * sizeof(double), "half forces are contiguous");
     return corner_strain_orthogonal(lattice, x[0].data(),
                                     points.empty() ? nullptr : points[0].data(), &moduli,

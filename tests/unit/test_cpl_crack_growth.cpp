@@ -208,6 +208,7 @@ TEST(CrackStress, BoxesHaveAShorterWay)
       CrackBox box{};
       box.present = present & body.present[i];
       box.moduli = body.moduli;
+      box.free = cell.free;
       for (int s = 0; s < 6; ++s) {
         box.y[s] =
             cell.dX[s] + cell.face[s].norm() * Vec3(strain(random), strain(random), strain(random));

@@ -19,6 +19,23 @@
 /// Only dot products of joint vectors enter, so forces are objective under any rotation, and
 /// linear and angular momentum are conserved; particle rotations play no part.
 ///
+/// **Selective shear.** Where a lattice bends, the joints along it turn against each other from one side of a DE to the
+/// other: in u_x = k x z, u_z = -k x^2/2 the corners towards +x are sheared by -k L_x/2 and those towards -x by +k L_x/2, which no
+/// bent solid is. With cubes that makes up for what DEs lack since they stand inside of the surface; where the cell is longer
+/// than thick it is too much, as (L_x/L_z)^2. So of the shear of a longer axis a and a shorter one b the difference between the two
+/// sides on a counts with s = (L_b/L_a)^2 only (L the lengths of the cell):
+///
+///   W = sum w psi(E) - (1 - s) mu/2 V_+ V_-/(V_+ + V_-) (gamma_+ - gamma_-)^2,   gamma_+- = sum w 2 E_ab / V_+-
+///
+/// (sums over the corners on one side of a; V_+- their volume). Where one side is missing it is minimised over
+/// gamma of that side, as psi is over the columns, so that no energy comes up where a joint leaves: with g = V_+/V of the side that is left
+/// - (1 - s)(1 - g)/(1 - (1 - s) g) mu/2 V_+ gamma_+^2. At a face that was free from the start the shear of the other side is
+/// that of the whole cell, without any such term. Uniform strain has no difference: all of the above holds. W is positive where it was,
+/// and never larger. A lattice of n layers then bends (n^2 - 1)/n^2 + 3 (mu/E')/n^2 times as hard as the solid, flat or not
+/// (tests/unit/test_cpl_bending.cpp). Selective reduced integration of finite elements (Hughes, The Finite Element Method, 1987,
+/// section 4.4) is alike, which would be s = 0 and have modes without energy.
+/// Cells of which no side is shorter than 0.99 of another are cubes here.
+///
 /// A classical variant with normal and shear springs (Cundall and Strack, Geotechnique 29 (1979) 47) would be a
 /// file of its own with the same slots and half forces; it needs particle orientations, and torques beside the
 /// forces.
@@ -59,7 +76,8 @@ struct OrthogonalLattice {
   const double (*len)[6];          ///< [n] reference length of the joint; > 0, also where absent
   const double (*half)[6];         ///< [n] distance to the border of the cell, |GeneralCell::face|,
                                    ///< also where there is a joint: not half of len
-  const unsigned char *material;    ///< [n] index into the table of moduli; null: all 0
+  const unsigned char *material;          ///< [n] index into the table of moduli; null: all 0
+  const unsigned char *free = nullptr;    ///< [n] as GeneralCell::free; null: none
 };
 
 /// Forces of the corners of every DE of an orthogonal lattice.
@@ -85,6 +103,8 @@ struct GeneralCell {
   Vec3 face[6];    ///< h_a: from the DE to the middle of the quarter of the element's face (outer
                    ///< slots) or mid-section (inner slots)
   unsigned char tie;    ///< bit s set: slot s ends on an element's face
+  unsigned char free =
+      0;    ///< bit s set: there never was a joint at slot s, it is at the surface of the body
 };
 
 /// The cell of a DE as its corners see it if they have a stress where it was placed: that of the stress-free shape

@@ -5,7 +5,8 @@
 /// Stresses of the corners of a DE, as the growth of cracks (crack_growth.h) asks for them.
 ///
 /// Second Piola-Kirchhoff stress in the reference frame, S = sum over the present joints of a
-/// corner S^ab M_a (x) M_b, with the reduced laws of corner_strain.h where joints are missing. Rigid rotation drops out.
+/// corner S^ab M_a (x) M_b, with the reduced laws of corner_strain.h where joints are missing, and its selective shear. Rigid
+/// rotation drops out.
 /// Only a few DEs need it, so it is separate from the kernel that makes the forces.
 
 #include "defe/coupling/corner_strain.h"
@@ -37,6 +38,7 @@ struct CrackBox {
   Vec3 y[6];           ///< as in corner_strain_general
   unsigned present;
   CornerModuli moduli;
+  unsigned free = 0;    ///< as GeneralCell::free
 };
 
 /// The same for many boxes side by side: several times faster. \param out  [n]

@@ -1,0 +1,58 @@
+#ifndef DEFE_COUPLING_SELECTIVE_SHEAR_H
+#define DEFE_COUPLING_SELECTIVE_SHEAR_H
+
+/// \file
+/// Selective shear (corner_strain.h) of cells of any shape. In boxes it is what corner_strain_orthogonal() does.
+///
+/// Where joints along axis a turn against each other by a deflection along the normal of the other two axes b, c, the strain is
+/// T = (g^a (x) g^c + g^c (x) g^a)/2 with the dual vectors of the cell's axes. The strains of the DE's corners are one vector, with the
+/// energy's inner product, and w f T with f = 1/V_+ on one side and -1/V_- on the other is another one. Of the part of the
+/// former along the latter, 1 - s of the energy is taken away. So W stays positive in any cell, and uniform strain has no such
+/// part. In oblique cells T has a trace, and terms of several pairs have something in common: their 1 - s are less by what
+/// Gershgorin's circles need for the sum of all to stay below 1.
+
+#include "corner_metric.h"
+
+namespace defe {
+
+/// No side of a cell is shorter than this part of another: a cube.
+constexpr double cube_from = 0.99;
+
+/// 1 - s of a longer and a shorter axis.
+inline double shear_to_drop(double longer, double shorter)
+{
+  const double ratio = shorter / longer;
+  return ratio < cube_from ? 1.0 - ratio * ratio : 0.0;
+}
+
+class SelectiveShear {
+ public:
+  explicit SelectiveShear(const GeneralCell &);
+
+  bool any() const { return n > 0; }
+
+  /// All arrays: order xx yy zz xy xz yz of the joints at a corner, then the corner.
+  /// \param inverse, E  inverse metric and covariant strain; of absent joints 1 and 0
+  /// \param w           volumes of the corners
+  /// \param S           contravariant stress times volume; this adds to it
+  /// \return energy to be added, never above 0
+  double add(const GeneralCell &, unsigned present, const CornerModuli &,
+             const double inverse[6][8], const double E[6][8], const double w[8],
+             double S[6][8]) const;
+
+ private:
+  struct Term {
+    int along, across;    ///< axes of the cell
+    Vec3 a, b;            ///< unit vectors
+    double drop;          ///< 1 - s
+  };
+  int n = 0;
+  Term list[3];
+
+  double weights(const Term &, const GeneralCell &, unsigned present, const double w[8],
+                 double f[8]) const;
+};
+
+}    // namespace defe
+
+#endif
