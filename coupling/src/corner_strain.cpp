@@ -363,31 +363,36 @@ namespace {
   template <bool FULL> __attribute__((noinline)) void selective_shear(const Sums &sums, Chunk &k)
   {
     const auto &H = sums.H;
+    double inverse_H[3][W], inverse_length[6][W];
+    for (int a = 0; a < 3; ++a)
+      for (int l = 0; l < W; ++l) inverse_H[a][l] = 1.0 / H[a][l];
+    for (int s = 0; s < 6; ++s)
+      for (int l = 0; l < W; ++l) inverse_length[s][l] = k.m[s][l] * k.c[s][l] / k.h[s][l];
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b) {
         if (a == b) continue;
         double drop[W];
-        bool any = false;
+        int any = 0;
         for (int l = 0; l < W; ++l) {
-          drop[l] = shear_to_drop(H[a][l], H[b][l]);
-          any |= drop[l] > 0.0;
+          const double ratio = H[b][l] * inverse_H[a][l];
+          drop[l] = shear_to_drop(ratio * ratio);
+          any += ratio < cube_from;
         }
-        if (!any) continue;
+        if (any == 0) continue;
         const int c = 3 - a - b, r = 2 * a, s = 2 * a + 1, t = 2 * b, u = 2 * b + 1;
         for (int l = 0; l < W; ++l) {
           const double hr = k.h[r][l], hs = k.h[s][l], ht = k.h[t][l], hu = k.h[u][l];
-          const double inverse = 1.0 / H[a][l];
-          double across = H[b][l], sides = 1.0;
+          double across = inverse_H[b][l], sides = 1.0;
           if (!FULL) {
             const double mr = k.m[r][l], ms = k.m[s][l];
             const double only_r = mr * (1.0 - ms) * (1.0 - k.free[s][l]);
             const double only_s = ms * (1.0 - mr) * (1.0 - k.free[r][l]);
-            across = k.m[t][l] * ht + k.m[u][l] * hu;
-            across = across > 0.0 ? across : 1.0;
-            sides = mr * ms + only_r / (1.0 - drop[l] * hr * inverse) +
-                only_s / (1.0 - drop[l] * hs * inverse);
+            const double there = k.m[t][l] * ht + k.m[u][l] * hu;
+            across = there > 0.0 ? 1.0 / there : 0.0;
+            sides = mr * ms + only_r / (1.0 - drop[l] * hr * inverse_H[a][l]) +
+                only_s / (1.0 - drop[l] * hs * inverse_H[a][l]);
           }
-          const double A = drop[l] * k.mu[l] * H[c][l] * hr * hs * inverse / across * sides;
+          const double A = drop[l] * k.mu[l] * H[c][l] * hr * hs * inverse_H[a][l] * across * sides;
           double q[3], D[3], g = 0.0;
           for (int i = 0; i < 3; ++i) {
             q[i] = k.p[s][i][l] - k.p[r][i][l];
@@ -395,14 +400,8 @@ namespace {
             g += q[i] * D[i];
           }
           const double e = A * g;
-          double er = e * k.c[r][l] / hr, es = e * k.c[s][l] / hs;
-          double et = e * k.c[t][l], eu = e * k.c[u][l];
-          if (!FULL) {
-            er *= k.m[r][l];
-            es *= k.m[s][l];
-            et *= k.m[t][l];
-            eu *= k.m[u][l];
-          }
+          const double er = e * inverse_length[r][l], es = e * inverse_length[s][l];
+          const double et = e * ht * inverse_length[t][l], eu = e * hu * inverse_length[u][l];
           k.energy[l] -= 0.5 * e * g;
           for (int i = 0; i < 3; ++i) {
             k.f[r][i][l] -= er * D[i];

@@ -232,7 +232,8 @@ namespace {
       for (int b = 0; b < 3; ++b) {
         if (a == b) continue;
         const Pack drop = simd::generate([&](int l) {
-          return shear_to_drop(length[a][l], length[b][l]);
+          const double ratio = length[b][l] / length[a][l];
+          return shear_to_drop(ratio * ratio);
         });
         bool any = false;
         for (int l = 0; l < simd::width; ++l) any |= drop[l] > 0.0;

@@ -1,5 +1,7 @@
 #include "selective_shear.h"
 
+#include "defe/simd.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -7,33 +9,70 @@ namespace defe {
 
 namespace {
 
-  constexpr int C = 8;
+  using simd::Pack;
+
+  constexpr int C = 8, P = C / simd::width;    // corners, packs of them
   constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
   constexpr int at[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
 
-  /// T of a term at the corners, within the span of the joints that are there.
-  struct ShearTensor {
-    double a[3][C], b[3][C];    ///< covariant components of the two vectors
-    double stress[6][C];        ///< contravariant: derivative of psi at T
+  struct Corners {
+    Pack of[P];
 
-    /// Energy's inner product with a covariant strain.
-    double times(const double E[6][C], int c) const
+    Corners() = default;
+    explicit Corners(const double v[C])
     {
-      double sum = 0.0;
-      for (int j = 0; j < 6; ++j) sum += (j < 3 ? 1.0 : 2.0) * stress[j][c] * E[j][c];
-      return sum;
+      for (int p = 0; p < P; ++p)
+        of[p] = simd::generate([&](int l) {
+          return v[p * simd::width + l];
+        });
     }
-    double times(const ShearTensor &other, int c) const
+    double sum() const
     {
-      double sum = 0.0;
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) sum += stress[at[i][j]][c] * other.a[i][c] * other.b[j][c];
-      return sum;
+      Pack all = of[0];
+      for (int p = 1; p < P; ++p) all += of[p];
+      double total = 0.0;
+      for (int l = 0; l < simd::width; ++l) total += all[l];
+      return total;
+    }
+  };
+
+  /// T of a term at the corners, within the span of the joints that are there. Any multiple of it serves.
+  struct ShearTensor {
+    Corners a[3], b[3];    ///< covariant components of the two vectors
+    Corners stress[6];     ///< contravariant: derivative of psi at T
+
+    /// Sum over the corners of weight times the energy's inner product with a covariant strain.
+    double times(const Corners E[6], const Corners &weight) const
+    {
+      Corners result;
+      for (int p = 0; p < P; ++p) {
+        Pack normal = stress[0].of[p] * E[0].of[p], shear = stress[3].of[p] * E[3].of[p];
+        for (int j = 1; j < 3; ++j) {
+          normal += stress[j].of[p] * E[j].of[p];
+          shear += stress[3 + j].of[p] * E[3 + j].of[p];
+        }
+        result.of[p] = weight.of[p] * (normal + 2.0 * shear);
+      }
+      return result.sum();
+    }
+    double times(const ShearTensor &other, const Corners &weight) const
+    {
+      Corners result;
+      for (int p = 0; p < P; ++p) {
+        Pack sum = simd::broadcast(0.0);
+        for (int i = 0; i < 3; ++i) {
+          Pack inner = stress[at[i][0]].of[p] * other.b[0].of[p];
+          for (int j = 1; j < 3; ++j) inner += stress[at[i][j]].of[p] * other.b[j].of[p];
+          sum += other.a[i].of[p] * inner;
+        }
+        result.of[p] = weight.of[p] * sum;
+      }
+      return result.sum();
     }
   };
 
   void fill(ShearTensor &T, const Vec3 &a, const Vec3 &b, const GeneralCell &cell, unsigned present,
-            const double lambda[C], double mu, const double inverse[6][C])
+            const Corners &lambda, double mu, const Corners inverse[6])
   {
     double along[6], across[6];
     for (int s = 0; s < 6; ++s) {
@@ -41,22 +80,31 @@ namespace {
       along[s] = there ? cell.dX[s].dot(a) : 0.0;
       across[s] = there ? cell.dX[s].dot(b) : 0.0;
     }
-    for (int c = 0; c < C; ++c)
-      for (int i = 0; i < 3; ++i) {
-        T.a[i][c] = along[corner_slot(c, i)];
-        T.b[i][c] = across[corner_slot(c, i)];
+    for (int i = 0; i < 3; ++i)
+      for (int p = 0; p < P; ++p) {
+        const auto at_corners = [&](const double *of_slot) {
+          return simd::generate([&](int l) {
+            return of_slot[corner_slot(p * simd::width + l, i)];
+          });
+        };
+        T.a[i].of[p] = at_corners(along);
+        T.b[i].of[p] = at_corners(across);
       }
-    for (int c = 0; c < C; ++c) {
-      double v[3] = {}, u[3] = {}, trace = 0.0;
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-          v[i] += inverse[at[i][j]][c] * T.a[j][c];
-          u[i] += inverse[at[i][j]][c] * T.b[j][c];
+    for (int p = 0; p < P; ++p) {
+      Pack v[3], u[3], trace = simd::broadcast(0.0);
+      for (int i = 0; i < 3; ++i) {
+        v[i] = inverse[at[i][0]].of[p] * T.a[0].of[p];
+        u[i] = inverse[at[i][0]].of[p] * T.b[0].of[p];
+        for (int j = 1; j < 3; ++j) {
+          v[i] += inverse[at[i][j]].of[p] * T.a[j].of[p];
+          u[i] += inverse[at[i][j]].of[p] * T.b[j].of[p];
         }
-      for (int i = 0; i < 3; ++i) trace += v[i] * T.b[i][c];
+        trace += v[i] * T.b[i].of[p];
+      }
+      const Pack normal = lambda.of[p] * trace;
       for (int j = 0; j < 6; ++j)
-        T.stress[j][c] = lambda[c] * trace * inverse[j][c] +
-            mu * (v[row[j]] * u[column[j]] + v[column[j]] * u[row[j]]);
+        T.stress[j].of[p] =
+            normal * inverse[j].of[p] + mu * (v[row[j]] * u[column[j]] + v[column[j]] * u[row[j]]);
     }
   }
 
@@ -80,11 +128,11 @@ SelectiveShear::SelectiveShear(const GeneralCell &cell)
   if (!(size2[order[2]] < cube_from * cube_from * size2[order[0]])) return;
 
   Vec3 dual[3];
-  for (int a = 0; a < 3; ++a) dual[a] = g[(a + 1) % 3].cross(g[(a + 2) % 3]).normalized();
+  for (int a = 0; a < 3; ++a) dual[a] = g[(a + 1) % 3].cross(g[(a + 2) % 3]);
   for (int i = 0; i < 2; ++i)
     for (int j = i + 1; j < 3; ++j) {
       const int a = order[i], b = order[j];
-      const double drop = shear_to_drop(std::sqrt(size2[a]), std::sqrt(size2[b]));
+      const double drop = shear_to_drop(size2[b] / size2[a]);
       if (drop > 0.0) list[n++] = {a, b, dual[a], dual[b], drop};
     }
 }
@@ -126,35 +174,44 @@ double SelectiveShear::add(const GeneralCell &cell, unsigned present, const Corn
     for (int a = 0; a < 3; ++a) joints += present >> corner_slot(c, a) & 1u;
     lambda[c] = of_joints[joints];
   }
-  ShearTensor T[3];
-  double f[3][C], drop[3], norm2[3];
-  for (int k = 0; k < n; ++k) {
-    fill(T[k], list[k].a, list[k].b, cell, present, lambda, moduli.mu, inverse);
-    drop[k] = weights(list[k], cell, present, w, f[k]);
-    norm2[k] = 0.0;
-    for (int c = 0; c < C; ++c) norm2[k] += w[c] * f[k][c] * f[k][c] * T[k].times(T[k], c);
-    if (!(norm2[k] > 0.0)) drop[k] = 0.0, norm2[k] = 1.0;
+  Corners metric[6], strain[6];
+  for (int j = 0; j < 6; ++j) {
+    metric[j] = Corners(inverse[j]);
+    strain[j] = Corners(E[j]);
   }
-  double others[3] = {};
-  for (int k = 0; k < n; ++k)
+  const Corners lambdas(lambda), volume(w);
+  ShearTensor T[3];
+  Corners f[3], weight;
+  double drop[3], norm2[3], others[3] = {};
+  for (int k = 0; k < n; ++k) {
+    fill(T[k], list[k].a, list[k].b, cell, present, lambdas, moduli.mu, metric);
+    double at_corner[C];
+    drop[k] = weights(list[k], cell, present, w, at_corner);
+    f[k] = Corners(at_corner);
+    for (int p = 0; p < P; ++p) weight.of[p] = volume.of[p] * f[k].of[p] * f[k].of[p];
+    norm2[k] = T[k].times(T[k], weight);
+    if (!(norm2[k] > 0.0)) drop[k] = 0.0;
     for (int l = 0; l < k; ++l) {
-      double common = 0.0;
-      for (int c = 0; c < C; ++c) common += w[c] * f[k][c] * f[l][c] * T[k].times(T[l], c);
-      common = std::abs(common) / std::sqrt(norm2[k] * norm2[l]);
-      if (drop[k] > 0.0 && drop[l] > 0.0) {
-        others[k] += common;
-        others[l] += common;
-      }
+      if (drop[k] == 0.0 || drop[l] == 0.0) continue;
+      for (int p = 0; p < P; ++p) weight.of[p] = volume.of[p] * f[k].of[p] * f[l].of[p];
+      const double common = std::abs(T[k].times(T[l], weight)) / std::sqrt(norm2[k] * norm2[l]);
+      others[k] += common;
+      others[l] += common;
     }
+  }
 
   double energy = 0.0;
   for (int k = 0; k < n; ++k) {
-    double difference = 0.0;
-    for (int c = 0; c < C; ++c) difference += w[c] * f[k][c] * T[k].times(E, c);
+    if (drop[k] == 0.0) continue;
+    for (int p = 0; p < P; ++p) weight.of[p] = volume.of[p] * f[k].of[p];
+    const double difference = T[k].times(strain, weight);
     const double e = drop[k] / (1.0 + others[k]) * difference / norm2[k];
     energy -= 0.5 * e * difference;
     for (int j = 0; j < 6; ++j)
-      for (int c = 0; c < C; ++c) S[j][c] -= e * w[c] * f[k][c] * T[k].stress[j][c];
+      for (int p = 0; p < P; ++p) {
+        const Pack less = e * weight.of[p] * T[k].stress[j].of[p];
+        for (int l = 0; l < simd::width; ++l) S[j][p * simd::width + l] -= less[l];
+      }
   }
   return energy;
 }

@@ -18,11 +18,10 @@ namespace defe {
 /// No side of a cell is shorter than this part of another: a cube.
 constexpr double cube_from = 0.99;
 
-/// 1 - s of a longer and a shorter axis.
-inline double shear_to_drop(double longer, double shorter)
+/// 1 - s of a pair of axes, from the square of the shorter one's length by that of the longer one.
+inline double shear_to_drop(double ratio2)
 {
-  const double ratio = shorter / longer;
-  return ratio < cube_from ? 1.0 - ratio * ratio : 0.0;
+  return ratio2 < cube_from * cube_from ? 1.0 - ratio2 : 0.0;
 }
 
 class SelectiveShear {
@@ -43,7 +42,7 @@ class SelectiveShear {
  private:
   struct Term {
     int along, across;    ///< axes of the cell
-    Vec3 a, b;            ///< unit vectors
+    Vec3 a, b;            ///< dual vectors, of any length
     double drop;          ///< 1 - s
   };
   int n = 0;
