@@ -181,15 +181,18 @@ TEST(Cantilever, DeflectionByMinimize)
   EXPECT_NEAR(lmp.fe(E_ELEMENTS) / (0.5 * F * lmp.value("v_tipy")), 1.0, 1e-3);    // Clapeyron
 }
 
-// The elements at the clamp stay finite. The deflection of the beam of DEs differs by 1 or 2 %; asked: 5 %. The frequency goes with the root of the stiffness.
+// The elements at the clamp stay finite. The deflection of the beam of DEs differs by 1 or 2 %; asked: 5 %. The frequency goes with the
+// root of the stiffness. With elements of 3:1 in two layers DEs were 46 % too stiff before the selective shear of corner_strain.h.
 TEST(Cantilever, DiscreteBeamBendsLikeFiniteBeam)
 {
-  const Cantilever b{0.036, 0.006, 0.003, 24, 4, 2};
-  const double guess = timoshenko(b);
-  const double finite = cantilever_frequency(b, "", 6e-8, guess);
-  const double discrete =
-      cantilever_frequency(b, "convert glass 1e12 type 2 group particles start free", 6e-8, guess);
-  EXPECT_NEAR(std::pow(finite / discrete, 2), 1.0, 0.05);
+  for (const Cantilever &b :
+       {Cantilever{0.036, 0.006, 0.003, 24, 4, 2}, Cantilever{0.036, 0.004, 0.002, 6, 2, 1}}) {
+    const double guess = timoshenko(b);
+    const double finite = cantilever_frequency(b, "", 6e-8, guess);
+    const double discrete = cantilever_frequency(
+        b, "convert glass 1e12 type 2 group particles start free", 6e-8, guess);
+    EXPECT_NEAR(std::pow(finite / discrete, 2), 1.0, 0.05) << b.L / b.H;
+  }
 }
 
 // reference.md: the glass beam without contact, frequencies by CalculiX (C3D8, same lumped masses).

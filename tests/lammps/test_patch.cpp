@@ -202,6 +202,16 @@ TEST(Patch, ShearedHexesAtFreeSurfaces)
   uniaxial(sheared(), 0.3, 5);
 }
 
+// Selective shear has no say in uniform strain. (Flatter ones touch the next but one, as spheres.)
+TEST(Patch, FlatHexes)
+{
+  const Mat3 flat = Vec3(1.0, 0.8, 0.45).asDiagonal();
+  inside(flat, 0.2, 9);
+  inside(sheared() * flat, 0.3, 10);
+  uniaxial(flat, 0.2, 11);
+  uniaxial(sheared() * flat, 0.3, 12);
+}
+
 TEST(Patch, OtherSplits)
 {
   for (int split : {1, 3}) {

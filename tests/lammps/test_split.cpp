@@ -113,6 +113,20 @@ TEST(Split, SameOnAnyRanksAndOverARestart)
     }
 }
 
+// Flat elements, whose DEs have selective shear: it asks which joints there were, besides those that are there.
+TEST(Split, FlatElementsOnAnyRanksAndOverARestart)
+{
+  for (int along : {1, 2}) {
+    SCOPED_TRACE(along);
+    Block beam = cracking_beam();
+    beam.flat = 0.6;
+    beam.convert += " " + split_of(along);
+    beam.options = "check yes";
+    beam.dt = 4e-8;
+    same_on_any_ranks_and_over_a_restart(beam, "flat" + std::to_string(along), 260);
+  }
+}
+
 // With flaws, whose strengths travel with elements and DEs.
 TEST(Split, WithFlawsOnAnyRanksAndOverARestart)
 {
