@@ -424,7 +424,7 @@ void DefeNotes::collecting()
 }
 
 /* ----------------------------------------------------------------------
-   DEs of flat elements are too stiff in bending, which enhanced elements are not. A few in a free mesh do no harm.
+   DEs of flat elements that are bent are born sheared. A few in a free mesh do no harm.
 ------------------------------------------------------------------------- */
 
 void DefeNotes::slender()
@@ -440,7 +440,7 @@ void DefeNotes::slender()
   if (names.empty()) return;
   say(fmt::format(
       "{} elements of {} {} are more than {:g} times as long as thick: where they are bent and "
-      "convert, DEs store more energy than they did (3 times at 4:1), and bend less; use shorter "
+      "convert, DEs store more energy than they did (3 times at 4:1); use shorter "
       "elements there, or plain ones",
       count, names.size() > 1 ? "parts" : "part", listed(names), defe::MeshMeasure::slender_from));
 }

@@ -311,8 +311,8 @@ TEST(Slender, ElementsThatConvert)
   EXPECT_EQ(pane("enhanced", 2, "56e6"), Notes());
   const std::string note =
       " elements of part glass are more than 2.5 times as long as thick: where they are "
-      "bent and convert, DEs store more energy than they did (3 times at 4:1), and bend "
-      "less; use shorter elements there, or plain ones";
+      "bent and convert, DEs store more energy than they did (3 times at 4:1); use shorter "
+      "elements there, or plain ones";
   EXPECT_EQ(pane("enhanced", 4, "56e6"), Notes{"36" + note});
   // a mesh that grows is counted anew
   const Notes grown =
