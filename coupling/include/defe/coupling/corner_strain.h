@@ -32,8 +32,8 @@
 /// - (1 - s)(1 - g)/(1 - (1 - s) g) mu/2 V_+ gamma_+^2. At a face that was free from the start the shear of the other side is
 /// that of the whole cell, without any such term. Uniform strain has no difference: all of the above holds. W is positive where it was,
 /// and never larger. A lattice of n layers then bends (n^2 - 1)/n^2 + 3 (mu/E') (n - 1)/n^3 times as hard as the solid, flat or not
-/// (tests/unit/test_cpl_bending.cpp). Selective reduced integration of finite elements (Hughes, The Finite Element Method, 1987,
-/// section 4.4) is alike, which would be s = 0 and have modes without energy.
+/// (tests/unit/test_cpl_bending.cpp). Selective reduced integration of finite elements is alike: that would be s = 0, and have
+/// modes without energy.
 /// Cells of which no side is shorter than 0.99 of another are cubes here.
 ///
 /// A classical variant with normal and shear springs (Cundall and Strack, Geotechnique 29 (1979) 47) would be a
