@@ -156,6 +156,12 @@ print "energy $(f_fe[9])"
             series = 682.18 + sum(g * math.exp(-min(time / 10.0**(k - 9), 700.0)) for k, g in enumerate(G))
             self.assertAlmostEqual(modulus(words(20)["eva"], time) / (1e-3 * series), 1.0, delta=1e-6, msg=f"{time} s")
 
+    def test_eva_and_pvb_differ_as_their_paper_says(self):
+        # EVA softer at first, with less decay, stiffer after long
+        pvb, eva = (words(23)[name] for name in ("pvb", "eva"))
+        self.assertGreater(modulus(pvb, 1e-6), modulus(eva, 1e-6))
+        self.assertGreater(modulus(eva, 30 * DAY), modulus(pvb, 30 * DAY))
+
     def test_the_table_of_the_page_has_the_moduli_of_the_file(self):
         text = PAGE.read_text()
         table = text[text.index("- Temperature (C)"):text.index("The series of PVB")]
