@@ -7,6 +7,8 @@
 #ifndef LMP_DEFE_MODEL_H
 #define LMP_DEFE_MODEL_H
 
+#include "lmptype.h"
+
 #include "defe/coupling/corner_strain.h"
 #include "defe/coupling/criterion.h"
 #include "defe/coupling/element_split.h"
