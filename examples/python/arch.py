@@ -20,7 +20,7 @@ def main(folder, pieces=12, steps=200):
     defe.write_mesh(folder / "arch.data", defe.Mesh(nodes, bar.hexes, "glass", 1))
 
     lmp = defe.start("-log", folder / "log.lammps", "-screen", "none")
-    lmp.commands_string(Path(__file__).with_name("in.arch").read_text().replace("FOLDER", str(folder)))
+    lmp.commands_string(Path(__file__).with_name("in.arch").read_text().replace("FOLDER", str(folder)).replace("STEPS", str(pieces * steps)))
     history = []
     for _ in range(pieces):
         lmp.command(f"run {steps} post no")
