@@ -85,7 +85,7 @@ std::vector<PlannedDE> ConversionPlan::births(const ConvertingHex &h, const HexN
         slot.partner = static_cast<signed char>(s ^ 1);
         slot.corner = static_cast<signed char>(other);
       }
-      if (slot.kind != PlannedSlot::FREE) continue;
+      if (slot.kind != PlannedSlot::FREE || n.tied >> s & 1u) continue;
       const double distance = all[k].reach[s];
       if (de.outer_distance > 0.0 && distance >= de.outer_distance) continue;
       de.outer_distance = distance;

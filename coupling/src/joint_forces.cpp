@@ -16,9 +16,7 @@ namespace defe {
 void JointStates::half_forces(bool each_alone)
 {
   if (jt.nde == 0) return;
-  tie_points(static_cast<int>(jt.tie_node.size()),
-             reinterpret_cast<const int(*)[4]>(jt.tie_node.data()), jt.tie_spot.data(), particles.x,
-             jt.tie_point.data());
+  jt.find_tie_points(particles.x);
   const OrthogonalLattice lattice{jt.orthogonal,
                                   jt.self.data(),
                                   reinterpret_cast<const int(*)[6]>(jt.nb.data()),
@@ -85,13 +83,15 @@ void JointStates::gather(int d, ForceSums &sums)
         sums.tally(del, h, i);
       }
     } else {
-      const auto &node = jt.tie_node[~nb];
-      const double *weight = weights_of(jt.tie_spot[~nb]);
       for (int k = 0; k < 3; ++k) fi[k] += h[k];
-      for (int a = 0; a < 4; ++a) {
-        double *fa = sums.force_on(node[a]);
-        for (int k = 0; k < 3; ++k) fa[k] -= rounding.on_grid(grid, weight[a] * h[k], node[a]);
-      }
+      const auto pull = [&](int node, double weight) {
+        double *fa = sums.force_on(node);
+        for (int k = 0; k < 3; ++k) fa[k] -= rounding.on_grid(grid, weight * h[k], node);
+      };
+      if (jt.is_place(nb))
+        jt.for_place(nb, pull);
+      else
+        for (int a = 0; a < 4; ++a) pull(jt.tie_node[~nb][a], weights_of(jt.tie_spot[~nb])[a]);
       if (h[0] * h[0] + h[1] * h[1] + h[2] * h[2] > threshold[d][s]) above.push_back(6 * d + s);
       ++ties;
       if (sums.tally.on()) {

@@ -121,6 +121,7 @@ void JointStates::new_tables()
 double JointStates::threshold_of(int d, int s) const
 {
   const bool tie = jt.nb[d][s] < 0;
+  if (tie && jt.is_place(jt.nb[d][s])) return HUGE_VAL;
   if (tie ? !laws.adhesive_of(jt.material[d], jt.tie_part[~jt.nb[d][s]]) : jt.partner[d][s] < 0)
     return HUGE_VAL;
   if (!tie && !at_lower_id(d, s)) return HUGE_VAL;
@@ -231,6 +232,10 @@ double JointStates::release_of_pending()
       Vec3 speed = -particles.velocity(jt.self[d]);
       if (nb >= 0)
         speed += particles.velocity(nb);
+      else if (jt.is_place(nb))
+        jt.for_place(nb, [&](int i, double weight) {
+          speed += weight * particles.velocity(i);
+        });
       else
         for (int a = 0; a < 4; ++a)
           speed += weights_of(jt.tie_spot[~nb])[a] * particles.velocity(jt.tie_node[~nb][a]);

@@ -1,6 +1,7 @@
 #include "defe/coupling/joint_table.h"
 
 #include "defe/coupling/conversion.h"
+#include "defe/coupling/joint_lattice.h"
 
 #include <algorithm>
 
@@ -32,6 +33,9 @@ void JointTable::clear()
   state.clear();
   tie_node.clear();
   tie_point.clear();
+  place_first.assign(1, 0);
+  place_particle.clear();
+  place_weight.clear();
   cohesive.clear();
   debonded.clear();
   asking.clear();
@@ -50,11 +54,36 @@ double JointTable::contact_distance(int d, std::int64_t other) const
   return 0.0;
 }
 
+void JointTable::add_place(int d, int s, const std::vector<int> &particles,
+                           const std::vector<double> &weights)
+{
+  nb[d][s] = ~(static_cast<int>(tie_node.size()) + places());
+  present[d] = static_cast<unsigned char>(present[d] | 1u << s);
+  place_particle.insert(place_particle.end(), particles.begin(), particles.end());
+  place_weight.insert(place_weight.end(), weights.begin(), weights.end());
+  place_first.push_back(static_cast<int>(place_particle.size()));
+}
+
+void JointTable::find_tie_points(const double *x)
+{
+  const int ties = static_cast<int>(tie_node.size());
+  tie_points(ties, reinterpret_cast<const int(*)[4]>(tie_node.data()), tie_spot.data(), x,
+             tie_point.data());
+  for (int p = 0; p < places(); ++p) {
+    double *point = &tie_point[3 * static_cast<std::size_t>(ties + p)];
+    std::fill_n(point, 3, 0.0);
+    for_place(~(ties + p), [&](int i, double weight) {
+      for (int k = 0; k < 3; ++k) point[k] += weight * x[3 * static_cast<std::ptrdiff_t>(i) + k];
+    });
+  }
+}
+
 bool JointTable::tied(int atom, std::int64_t element) const
 {
   const int d = of_atom[atom];
   for (int s = 0; s < 6; ++s)
-    if (nb[d][s] < 0 && tie_element[~nb[d][s]] == element && state[6 * d + s] != joint::CONTACT)
+    if (nb[d][s] < 0 && !is_place(nb[d][s]) && tie_element[~nb[d][s]] == element &&
+        state[6 * d + s] != joint::CONTACT)
       return true;
   return false;
 }
@@ -72,6 +101,10 @@ double JointTable::corner_energy(int d, unsigned present, const double *x,
       double p = 0.0;
       if (other >= 0)
         p = x[3 * static_cast<std::ptrdiff_t>(other) + k];
+      else if (is_place(other))
+        for_place(other, [&](int i, double weight) {
+          p += weight * x[3 * static_cast<std::ptrdiff_t>(i) + k];
+        });
       else
         for (int a = 0; a < 4; ++a)
           p += weights_of(tie_spot[~other])[a] *

@@ -1,7 +1,7 @@
 // Which area two faces have in common, and the matrix of their tie (tied_surfaces.h).
 
 #include "defe/coupling/facet.h"
-#include "defe/coupling/tied_surfaces.h"
+#include "defe/coupling/tied_quarters.h"
 #include "defe/fe/hex8.h"
 
 #include <Eigen/Dense>
@@ -148,6 +148,14 @@ namespace {
     return points;
   }
 
+  /// What a polygon in A's plane has in common with B's face, which is seen from behind there.
+  std::vector<Vec2> within(std::vector<Vec2> polygon, const Face &b, const Plane &plane)
+  {
+    for (int k = 3; k >= 0 && !polygon.empty(); k--)
+      polygon = left_of(polygon, plane.of(b.node[(k + 1) % 4]), plane.of(b.node[k]));
+    return polygon;
+  }
+
   /// Largest share of a face's area that one of its nodes has.
   double largest_share(const Face &f)
   {
@@ -215,9 +223,14 @@ void Tie::set_stiffness(double k)
   stiffness = k;
 }
 
-double Tie::frequency() const
+double Tie::frequency(const std::array<bool, 2> &becomes) const
 {
-  return std::sqrt(std::max(squared[0] + stiffness * raise[0], squared[1] + stiffness * raise[1]));
+  double most = 0.0;
+  for (int e = 0; e < 2; e++) {
+    const double k = becomes[1 - e] ? std::max(stiffness, beside[1 - e]) : stiffness;
+    most = std::max(most, squared[e] + k * raise[e]);
+  }
+  return std::sqrt(most);
 }
 
 Tie tie_faces(const TiedElement &a, const TiedElement &b, const TieRule &how)
@@ -228,8 +241,7 @@ Tie tie_faces(const TiedElement &a, const TiedElement &b, const TieRule &how)
   const Plane plane(fa);
   std::vector<Vec2> polygon;
   for (const auto &x : fa.node) polygon.push_back(plane.of(x));
-  for (int k = 3; k >= 0 && !polygon.empty(); k--)    // seen from A they run the other way round
-    polygon = left_of(polygon, plane.of(fb.node[(k + 1) % 4]), plane.of(fb.node[k]));
+  polygon = within(std::move(polygon), fb, plane);
   const double smaller = std::min(fa.area, fb.area), area = area_of(polygon);
   if (!(area > least_area * smaller)) return tie;
 
@@ -247,7 +259,69 @@ Tie tie_faces(const TiedElement &a, const TiedElement &b, const TieRule &how)
   const double amount = integrate(tie, points, b, tie.stiffness);
   tie.squared = {a.frequency * a.frequency, b.frequency * b.frequency};
   tie.raise = {raise(a, fa, amount), raise(b, fb, amount)};
+  const double soft[2] = {compliance(a, fa), compliance(b, fb)};
+  for (int e = 0; e < 2; e++) tie.beside[e] = soft[e] > 0.0 ? 4.0 / soft[e] : 0.0;
   return tie;
+}
+
+// ---- once they are DEs ----
+
+std::array<TiedQuarter, 4> tied_quarters(const TiedElement &a, const TiedElement &b)
+{
+  std::array<TiedQuarter, 4> quarters;
+  const Face fa(a), fb(b);
+  if (!(fa.normal.dot(fb.normal) < facing)) return quarters;
+  const Plane plane(fa);
+  const Vec2 middle = plane.of(fa.middle());
+  for (int q = 0; q < 4; q++) {
+    const Vec2 node = plane.of(fa.node[q]);
+    const auto beside = [&](int n) {
+      return Vec2(0.5 * (node + plane.of(fa.node[n % 4])));
+    };
+    const auto polygon = within({node, beside(q + 1), middle, beside(q + 3)}, fb, plane);
+    const double area = area_of(polygon);
+    if (!(area > least_area * std::min(fa.area, fb.area))) continue;
+    TiedQuarter &quarter = quarters[q];
+    quarter.area = area;
+    double sum = 0.0;
+    for (const auto &p : points_of(polygon, fa, plane, b)) {
+      Vec3 xi = p.xi;
+      xi[b.face / 2] = b.face % 2 ? 1.0 : -1.0;
+      const auto shape = fe::shape(xi);
+      for (int k = 0; k < 4; k++) quarter.weight[k] += p.weight * shape[fe::hex_face[b.face][k]];
+      sum += p.weight;
+    }
+    for (double &w : quarter.weight) w /= sum;
+  }
+  return quarters;
+}
+
+double depth_of_des(const TiedElement &e)
+{
+  return 0.25 * e.volume / Face(e).area;
+}
+
+std::array<double, 4> weights_of_des(const std::array<double, 4> &w)
+{
+  std::array<double, 4> of;
+  for (int k = 0; k < 4; k++)
+    of[k] = 2.25 * w[k] - 0.75 * (w[(k + 1) % 4] + w[(k + 3) % 4]) + 0.25 * w[(k + 2) % 4];
+  return of;
+}
+
+TiedPlace tied_place(const std::vector<TiedPiece> &pieces, double depth)
+{
+  TiedPlace place;
+  double sum = 0.0, area = 0.0;
+  for (const auto &p : pieces) {
+    const double share = p.discrete ? p.area * depth / (depth + p.depth) : p.area;
+    sum += share;
+    area += p.area;
+    for (double w : p.weight) place.weight.push_back(share * w);
+  }
+  for (double &w : place.weight) w /= sum;
+  place.share = sum / area;
+  return place;
 }
 
 }    // namespace defe

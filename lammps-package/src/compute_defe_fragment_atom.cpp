@@ -210,6 +210,12 @@ void ComputeDefeFragmentAtom::join(DisjointSets &sets)
     }
     const auto *de = sys->store.de(i);
     if (!de) continue;
+    if (const auto *pieces = sys->tied_des.of_de(i))
+      for (const auto &piece : *pieces)
+        for (tagint end : piece.end) {
+          const int j = local_of(end);
+          if (active[j]) sets.join(i, j);
+        }
     for (const auto &slot : de->slot) {
       if (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT) continue;
       if (slot.kind == DefeJoint::DE) {

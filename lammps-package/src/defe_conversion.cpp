@@ -23,6 +23,8 @@
 
 #include "defe/fe/hex8.h"
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -49,6 +51,7 @@ struct DefeConversion::Draft {
     DERecord record;
     double strength;    // by its flaws
     std::optional<defe::Mat3> prestress;
+    DefeTiedDEs::List tied;
     tagint tag, node;    // node of the element beside it, 0: none
     int part;
     imageint image;
@@ -245,7 +248,8 @@ void DefeConversion::convert()
     sys.elements.kernel_coords(*o.hex, o.idx->data(), xe, Xe);
     sys.ledger.conv_strain += o.kernel->energy(xe, Xe);
   }
-  sys.tied.let_go(*c.plan);
+  sys.tied.end(*c.plan);
+  sys.tied_des.book(*c.plan);
   ties_to_joints(*c.plan);
   update_beside(*c.plan);
 
@@ -255,6 +259,8 @@ void DefeConversion::convert()
     add_births(c, o);
     record_conversion(o);
   }
+  sys.tied.warn();
+  sys.tied_des.replace_ends(*c.plan);
   const bigint nodes_gone = remove_converted(c);
   create_des(c);
   finish(static_cast<bigint>(c.own.size()), nodes_gone, static_cast<bigint>(c.births.size()));
@@ -414,6 +420,7 @@ void DefeConversion::add_births(Draft &c, const Own &o)
     neighbors.rotation[f] = h.nbrot[f];
     neighbors.part[f] = h.nbpart[f];
   }
+  neighbors.tied = sys.tied_des.faces(idx[0], h.id);
   const auto planned = c.plan->births(*o.planned, neighbors, all, split);
   const auto *strengths = sys.strengths.of_places(idx[0], h);
   const defe::Mat3 *prestress = sys.prestress.of_element(idx[0], h);
@@ -435,6 +442,15 @@ void DefeConversion::add_births(Draft &c, const Own &o)
     for (int s = 0; s < 6; s++)
       if (planned[k].slot[s].to_older)
         break_joint_to_older(birth.tag, r, s, planned[k], all[k], idx, xe);
+    if (neighbors.tied) {
+      const Vec3 xi = split.centre(k);
+      bool lost = false;
+      birth.tied = sys.tied_des.born(
+          idx[0], h.id, all[k], defe::fe::jacobian(xe, xi) * defe::fe::jacobian(Xe, xi).inverse(),
+          lost);
+      sys.tied_des.replace_ends(*c.plan, birth.tied);
+      if (lost) sys.tied.let_go(h.id);
+    }
     c.births.push_back(birth);
   }
 }
@@ -522,6 +538,7 @@ bigint DefeConversion::remove_converted(const Draft &c)
     }));
     sys.strengths.remove((*o.idx)[0], o.planned->id);
     sys.prestress.remove((*o.idx)[0], o.planned->id);
+    sys.tied_des.remove((*o.idx)[0], o.planned->id);
   }
   return delete_nodes();
 }
@@ -611,6 +628,7 @@ void DefeConversion::create_des(const Draft &c)
     sys.store.set_de(i, b.record);
     sys.strengths.set_de(i, b.strength);
     if (b.prestress) sys.prestress.set_de(i, *b.prestress);
+    sys.tied_des.set_de(i, b.tied);
     sys.store.contacts_at(i).fresh = true;
     take_ball_shares(i, c, b.record.element, b.node, p.split.des() == 1);
   }

@@ -428,6 +428,7 @@ void DefeOptions::finish()
   sys.strengths.begin();
   sys.prestress.begin();
   sys.tied.begin();
+  sys.tied_des.begin();
   for (const auto &p : sys.model.parts) {
     const auto &m = sys.model.material_of(p);
     sys.model.corner_moduli.push_back(

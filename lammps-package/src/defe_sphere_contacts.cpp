@@ -106,7 +106,9 @@ void DefeSphereContacts::consider(int i, int j)
   for (int k = 0; k < 3; k++) rsq += (xi[k] - xj[k]) * (xi[k] - xj[k]);
   if (rsq >= reach * reach) return;
   if (!with_ball && joined(di, j)) return;
-  candidates.push_back({i, j, with_ball ? 0.0 : jt.contact_distance(di, atom->tag[j])});
+  double distance = with_ball ? 0.0 : jt.contact_distance(di, atom->tag[j]);
+  if (!with_ball && sys.tables.glued(i, j)) distance = 0.5 * (atom->radius[i] + atom->radius[j]);
+  candidates.push_back({i, j, distance});
 }
 
 bool DefeSphereContacts::joined(int de, int j) const

@@ -303,6 +303,7 @@ void DefeStore::clear(int i)
   sys.strengths.clear(i);
   sys.prestress.clear(i);
   sys.tied.clear(i);
+  sys.tied_des.clear(i);
   if (update->whichflag == 1 && !sys.ids.giving_birth()) sys.ids.register_newcomer(i);
 
   // read_data sets the arrays of new atoms after it has read the sections: keep the elements
@@ -327,6 +328,7 @@ void DefeStore::forget(int i)
   sys.strengths.clear(i);
   sys.prestress.clear(i);
   sys.tied.clear(i);
+  sys.tied_des.clear(i);
 }
 
 void DefeStore::set_reference(int i, const double *x)

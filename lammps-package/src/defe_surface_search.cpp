@@ -90,7 +90,7 @@ double DefeSurfaceSearch::Ties::tied_face(int de, int part) const
     const auto &tied = sys.tables.tied()[k];
     if (tied.part == part) nearest = std::min(nearest, tied.distance);
   }
-  return nearest;
+  return std::min(nearest, sys.tied_des.contact_distance(de, part));
 }
 
 /* ---------------------------------------------------------------------- */

@@ -34,6 +34,7 @@
 #include "defe_strengths.h"
 #include "defe_surface.h"
 #include "defe_tables.h"
+#include "defe_tied_des.h"
 #include "defe_tied_surfaces.h"
 #include "defe_watch.h"
 #include "defe_work.h"
@@ -67,6 +68,7 @@ struct DefeSystem {
   DefeStrengths strengths;
   DefePrestress prestress;
   DefeTiedSurfaces tied;
+  DefeTiedDEs tied_des;
   DefeIds ids;
   DefeCensus census;
 

@@ -45,6 +45,7 @@ void DefeTables::build()
 void DefeTables::forget()
 {
   sys.tied.forget();
+  sys.tied_des.forget();
   sys.joints.clear();
   tied_.clear();
   sys.surface.forget();
@@ -68,6 +69,7 @@ void DefeTables::update_frames()
   }
   outer.reach.assign(nall, 0.0);
   outer.length.assign(nall, 0.0);
+  outer.glued.assign(nall, 0);
   for (int i = 0; i < nlocal; i++) {
     if (i + 6 < nlocal) __builtin_prefetch(sys.store.de(i + 6));
     const DERecord *r = sys.store.de(i);
@@ -75,8 +77,15 @@ void DefeTables::update_frames()
     outer.reach[i] = r->outer_distance;
     outer.length[i] =
         sys.model.parts[r->part].split.half() * r->outer_area * r->outer_area / r->volume;
+    if (sys.tied_des.of_de(i)) outer.glued[i] = r->part + 1;
   }
-  sys.ghosts.forward(outer, 5);
+  sys.ghosts.forward(outer, Outer::SIZE);
+}
+
+bool DefeTables::glued(int i, int j) const
+{
+  return outer.glued[i] && outer.glued[j] &&
+      sys.model.are_tied(outer.glued[i] - 1, outer.glued[j] - 1);
 }
 
 int DefeTables::Outer::pack_forward(int n, const int *list, const double *shift, double *buf)
@@ -86,6 +95,7 @@ int DefeTables::Outer::pack_forward(int n, const int *list, const double *shift,
     for (int k = 0; k < 3; k++) buf[m++] = sys.store.x_frame(list[ii])[k] + shift[k];
     buf[m++] = reach[list[ii]];
     buf[m++] = length[list[ii]];
+    buf[m++] = ubuf(glued[list[ii]]).d;
   }
   return m;
 }
@@ -97,6 +107,7 @@ void DefeTables::Outer::unpack_forward(int n, int first, const double *buf)
     for (int k = 0; k < 3; k++) sys.store.x_frame(i)[k] = buf[m++];
     reach[i] = buf[m++];
     length[i] = buf[m++];
+    glued[i] = static_cast<int>(ubuf(buf[m++]).i);
   }
 }
 
@@ -109,6 +120,7 @@ void DefeTables::build_joints()
   auto &jt = sys.joints;
   const int nlocal = atom->nlocal;
   jt.clear();
+  sys.tied_des.forget();
   tied_.clear();
   first_tied_.assign(1, 0);
   outer_area_.clear();
@@ -123,8 +135,9 @@ void DefeTables::build_joints()
     Draft draft;
     defe::GeneralCell cell;
     draft_cell(i, draft, cell);
+    const bool tied = sys.tied_des.shape(i, cell);
     if (sys.prestress.on()) make_stress_free(draft, cell);
-    if (defe::is_orthogonal(cell))
+    if (!tied && defe::is_orthogonal(cell))
       ortho.push_back(draft);
     else {
       general.push_back(draft);
@@ -136,7 +149,8 @@ void DefeTables::build_joints()
     if (d + 2 < jt.nde) prefetch(jt.rec[d + 2]);
     fill_slots(d);
   }
-  jt.tie_point.assign(3 * jt.tie_node.size() + 3, 0.0);
+  for (int d = jt.orthogonal; d < jt.nde; d++) sys.tied_des.add_places(jt, d);
+  jt.tie_point.assign(3 * (jt.tie_node.size() + jt.places()) + 3, 0.0);
 }
 
 void DefeTables::draft_cell(int i, Draft &draft, defe::GeneralCell &cell)

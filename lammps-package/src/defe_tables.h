@@ -29,6 +29,8 @@ class DefeTables : protected DefeComponent {
   // A^2/2V, which times f_s K is a penalty stiffness
   const std::vector<double> &outer_reach() const { return outer.reach; }
   const std::vector<double> &outer_length() const { return outer.length; }
+  /** Two DEs at tied surfaces of two parts: the ties bear their pressure (DefeTiedDEs). */
+  bool glued(int i, int j) const;
 
   // what joints were ties from the start of a DE, broken ones too: few, while its record is large and far away
 
@@ -71,6 +73,8 @@ class DefeTables : protected DefeComponent {
    public:
     explicit Outer(DefeSystem &s) : sys(s) {}
     std::vector<double> reach, length;
+    std::vector<int> glued;    // 1 + part of DEs that a surface ties; else 0
+    static constexpr int SIZE = 6;
     int pack_forward(int n, const int *list, const double *shift, double *buf) override;
     void unpack_forward(int n, int first, const double *buf) override;
 

@@ -78,6 +78,17 @@ struct DefeTiedSurfaces::Answer {
   Kept kept;
 };
 
+struct DefeTiedSurfaces::PieceAnswer {
+  int atom;
+  DefeTiedPiece piece;
+};
+
+/** With the ranks that they go to. */
+struct DefeTiedSurfaces::Answers {
+  std::vector<std::pair<int, Answer>> ties;
+  std::vector<std::pair<int, PieceAnswer>> pieces;
+};
+
 /** Of a pair of parts. */
 struct DefeTiedSurfaces::Sums {
   double area = 0.0, count = 0.0, area_apart = 0.0;    // added
@@ -102,6 +113,7 @@ void DefeTiedSurfaces::begin_mesh()
 {
   shown.clear();
   for (auto &list : of) list.reset();
+  sys.tied_des.forget_all();
 }
 
 void DefeTiedSurfaces::show(int i, const HexRecord &h, const HexCoords &X)
@@ -264,8 +276,31 @@ void DefeTiedSurfaces::for_pairs(const std::vector<Guest> &here, double size,
   }
 }
 
-void DefeTiedSurfaces::meet(const Guest &a, const Guest &b,
-                            std::vector<std::pair<int, Answer>> &answers,
+void DefeTiedSurfaces::add_pieces(const Guest &own, const Guest &other,
+                                  const defe::TiedElement &its, const defe::TiedElement &theirs,
+                                  Answers &answers)
+{
+  PieceAnswer answer{};
+  answer.atom = own.atom;
+  DefeTiedPiece &piece = answer.piece;
+  piece.own = own.id;
+  piece.other = other.id;
+  for (int k = 0; k < 4; k++) piece.end[k] = other.node[defe::fe::hex_face[other.face][k]];
+  piece.slot = own.face;
+  piece.other_face = other.face;
+  piece.other_part = other.part;
+  piece.of.depth = defe::depth_of_des(theirs);
+  const auto quarters = defe::tied_quarters(its, theirs);
+  for (int k = 0; k < 4; k++) {
+    if (quarters[k].area == 0.0) continue;
+    piece.place = defe::fe::hex_face[own.face][k];
+    piece.of.area = quarters[k].area;
+    piece.of.weight = quarters[k].weight;
+    answers.pieces.emplace_back(own.proc, answer);
+  }
+}
+
+void DefeTiedSurfaces::meet(const Guest &a, const Guest &b, Answers &answers,
                             std::vector<Sums> &sums) const
 {
   const auto element = [this](const Guest &g) {
@@ -282,7 +317,8 @@ void DefeTiedSurfaces::meet(const Guest &a, const Guest &b,
   };
   Answer answer{};
   Tie &tie = answer.kept.tie;
-  tie = defe::tie_faces(element(a), element(b), sys.model.tied[a.pair].rule);
+  const auto its = element(a), theirs = element(b);
+  tie = defe::tie_faces(its, theirs, sys.model.tied[a.pair].rule);
   Sums &s = sums[a.pair];
   if (tie.nodes == 0) {
     s.area_apart += tie.area;
@@ -303,7 +339,11 @@ void DefeTiedSurfaces::meet(const Guest &a, const Guest &b,
   for (int k = 0; k < tie.nodes; k++)
     answer.kept.node[k] = k < 4 ? a.node[defe::fe::hex_face[a.face][k]]
                                 : b.node[defe::tied_node_of_b(b.face, k - 4)];
-  answers.emplace_back(a.proc, answer);
+  answer.kept.stays = sys.tied_des.stay(a.part, b.part);
+  answers.ties.emplace_back(a.proc, answer);
+  if (!answer.kept.stays) return;
+  add_pieces(a, b, its, theirs, answers);
+  add_pieces(b, a, theirs, its, answers);
 }
 
 double DefeTiedSurfaces::find()
@@ -313,7 +353,7 @@ double DefeTiedSurfaces::find()
   MPI_Allreduce(&mine, &size, 1, MPI_DOUBLE, MPI_MAX, world);
   for (const auto &pair : sys.model.tied) size = MAX(size, pair.rule.distance);
   size = MAX(2.0 * size, 1.0e-100);
-  std::vector<std::pair<int, Answer>> answers;
+  Answers answers;
   std::vector<Sums> sums(sys.model.tied.size());
   for_pairs(guests(boxes(), size), size, [&](const Guest &a, const Guest &b) {
     meet(a, b, answers, sums);
@@ -330,10 +370,13 @@ double DefeTiedSurfaces::find()
   }
   double frequency = 0.0, fastest = 0.0;
   Letters<Answer> letters(lmp);
-  for (auto &one : answers) {
+  for (auto &one : answers.ties) {
     Tie &tie = one.second.kept.tie;
+    const auto &pair = sys.model.tied[one.second.pair];
     tie.set_stiffness(-sums[one.second.pair].stiffness);
-    frequency = MAX(frequency, tie.frequency());
+    frequency = MAX(
+        frequency,
+        tie.frequency({sys.model.parts[pair.a].convertible, sys.model.parts[pair.b].convertible}));
     letters.to_rank(one.first, one.second);
   }
   MPI_Allreduce(&frequency, &fastest, 1, MPI_DOUBLE, MPI_MAX, world);
@@ -346,6 +389,10 @@ double DefeTiedSurfaces::find()
     if (!of[one.atom]) of[one.atom] = std::make_unique<List>();
     of[one.atom]->push_back(one.kept);
   }
+  Letters<PieceAnswer> pieces(lmp);
+  for (const auto &one : answers.pieces) pieces.to_rank(one.first, one.second);
+  for (const auto &one : pieces.send()) sys.tied_des.keep(one.atom, one.piece);
+  sys.tied_des.sort();
   shown = {};
   return fastest > 0.0 ? 2.0 / fastest : HUGE_VAL;
 }
@@ -440,35 +487,43 @@ std::vector<std::pair<tagint, tagint>> DefeTiedSurfaces::joined_at(int i) const
    elements convert
 ------------------------------------------------------------------------- */
 
-void DefeTiedSurfaces::let_go(const defe::ConversionPlan &plan)
+void DefeTiedSurfaces::end(const defe::ConversionPlan &plan)
 {
   if (!on_) return;
-  // the second half kick of this step is without them: the mean of both positions is lost
+  let_go_ = MAXTAGINT;
+  // where nothing takes its place, the second half kick of this step is without it: the mean of both positions is lost
   const bool kicked = !update->setupflag && sys.clock.subcycle().every() == 1;
   const double half_a_step = kicked ? 0.5 * update->dt : 0.0;
-  tagint mine = MAXTAGINT, first = MAXTAGINT;
   for (size_t t = listed.size(); t-- > 0;) {    // backwards: numbers of those before stay
     auto &list = *of[listed[t].first];
     const Kept &kept = list[listed[t].second];
-    for (tagint element : {kept.a, kept.b})
-      if (plan.converting(element)) mine = MIN(mine, element);
     if (!plan.converting(kept.a) && !plan.converting(kept.b)) continue;
+    if (!kept.stays)
+      for (tagint element : {kept.a, kept.b})
+        if (plan.converting(element)) let_go(element);
     double power = 0.0;
     sys.ledger.conv_strain += tables.energy_of(static_cast<int>(t), &atom->x[0][0],
                                                sys.store.x_frame(0), &atom->v[0][0], power);
-    sys.ledger.conv_strain += half_a_step * power;
+    if (!kept.stays) sys.ledger.conv_strain += half_a_step * power;
     list.erase(list.begin() + listed[t].second);
   }
   forget();
-  MPI_Allreduce(&mine, &first, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+}
+
+void DefeTiedSurfaces::warn()
+{
+  if (!on_) return;
+  tagint first = MAXTAGINT;
+  MPI_Allreduce(&let_go_, &first, 1, MPI_LMP_TAGINT, MPI_MIN, world);
   if (first == MAXTAGINT || told) return;
   told = true;
   if (comm->me == 0)
     error->warning(
         FLERR,
-        "Fix defe: element {}, which is tied to another part, converts at step {}: its tie ends "
-        "there, and so will those of others: what shall stay glued when it breaks must "
-        "share nodes (tools/mesh2data --merge)",
+        "Fix defe: element {}, which is tied to another part, converts at step {}, and not all of "
+        "its face stays tied: what is held are quarters of it that are covered by half and more, "
+        "if each "
+        "element becomes eight DEs; let the other part reach as far, or give no other 'split'",
         first, update->ntimestep);
 }
 
@@ -478,7 +533,7 @@ void DefeTiedSurfaces::let_go(const defe::ConversionPlan &plan)
 
 static int kept_size(int nodes)
 {
-  return 3 + nodes + nodes * (nodes + 1) / 2;
+  return 4 + nodes + nodes * (nodes + 1) / 2;
 }
 
 int DefeTiedSurfaces::size(int i) const
@@ -506,6 +561,7 @@ int DefeTiedSurfaces::pack(int i, double *buf) const
     buf[m++] = ubuf(n).d;
     buf[m++] = ubuf(one.a).d;
     buf[m++] = ubuf(one.b).d;
+    buf[m++] = ubuf(one.stays).d;
     for (int k = 0; k < n; k++) buf[m++] = ubuf(one.node[k]).d;
     for (int k = 0; k < n * (n + 1) / 2; k++) buf[m++] = one.tie.M[k];
   }
@@ -523,6 +579,7 @@ int DefeTiedSurfaces::unpack(int i, const double *buf)
     const int n = one.tie.nodes = static_cast<int>(ubuf(buf[m++]).i);
     one.a = static_cast<tagint>(ubuf(buf[m++]).i);
     one.b = static_cast<tagint>(ubuf(buf[m++]).i);
+    one.stays = static_cast<int>(ubuf(buf[m++]).i);
     for (int k = 0; k < n; k++) one.node[k] = static_cast<tagint>(ubuf(buf[m++]).i);
     for (int k = 0; k < n * (n + 1) / 2; k++) one.tie.M[k] = buf[m++];
   }

@@ -12,6 +12,7 @@
 
 #include "defe/coupling/tied_surfaces.h"
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <utility>
@@ -29,6 +30,7 @@ struct HexRecord;
 /** A tie with the IDs of its elements and nodes. Plain data. */
 struct DefeKeptTie {
   tagint a, b;
+  int stays;    // when its elements convert, their DEs are tied instead (DefeTiedDEs)
   std::array<tagint, defe::Tie::most_nodes> node;
   defe::Tie tie;
 };
@@ -59,8 +61,14 @@ class DefeTiedSurfaces : protected DefeComponent, public DefeSparseField<std::ve
   /** Of each tie that atom i has: a node of the one element, and one of the other. */
   std::vector<std::pair<tagint, tagint>> joined_at(int i) const;
 
-  /** Those of elements that convert end; collective. */
-  void let_go(const defe::ConversionPlan &);
+  // elements convert
+
+  /** The ties of those that do end. */
+  void end(const defe::ConversionPlan &);
+  /** This element is not held, or not all of it. */
+  void let_go(tagint element) { let_go_ = std::min(let_go_, element); }
+  /** Once, if something was let go; collective. */
+  void warn();
 
   double memory_usage() const;
 
@@ -75,6 +83,7 @@ class DefeTiedSurfaces : protected DefeComponent, public DefeSparseField<std::ve
   using Kept = DefeKeptTie;
   using List = std::vector<Kept>;
   bool on_ = false, told = false;
+  tagint let_go_ = MAXTAGINT;    // of this conversion the least
 
   defe::TiedSurfaces tables;
   std::vector<std::pair<int, int>> listed;    // of the tables: atom, and number in its list
@@ -88,6 +97,8 @@ class DefeTiedSurfaces : protected DefeComponent, public DefeSparseField<std::ve
   struct Guest;
   struct Box;
   struct Answer;
+  struct PieceAnswer;
+  struct Answers;
   struct Sums;
   std::vector<Shown> shown;
 
@@ -101,8 +112,9 @@ class DefeTiedSurfaces : protected DefeComponent, public DefeSparseField<std::ve
   bool meet_here(const Guest &, const Guest &, double size) const;
   template <class Meet>
   void for_pairs(const std::vector<Guest> &, double size, const Meet &meet) const;
-  void meet(const Guest &a, const Guest &b, std::vector<std::pair<int, Answer>> &answers,
-            std::vector<Sums> &) const;
+  void meet(const Guest &a, const Guest &b, Answers &, std::vector<Sums> &) const;
+  static void add_pieces(const Guest &own, const Guest &other, const defe::TiedElement &,
+                         const defe::TiedElement &its, Answers &);
   void tell(const DefeTiedPair &, const Sums &) const;
 };
 

@@ -3,8 +3,7 @@
 // timeout: 240
 
 #include "failure.h"
-#include "glass_block.h"
-#include "mesh_file.h"
+#include "tied_blocks.h"
 
 #include <gmock/gmock.h>
 
@@ -14,58 +13,13 @@
 #include <functional>
 
 using namespace defe::test;
+using namespace defe::test::tied;
 using defe::Mat3;
 using defe::Vec3;
 using testing::AllOf;
 using testing::HasSubstr;
 
 namespace {
-
-constexpr double E = 74.09e9, nu = 0.2, rho = 2500.0;    // glass
-constexpr double L = 6e-3;                               // edge of a block
-constexpr double stiffness = 4.0;                        // the default
-
-Mat3 tilt()
-{
-  return Eigen::AngleAxisd(0.4, Vec3(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
-}
-
-/// A block of n^3 elements and one of m^3 on it, turned by R. Element IDs and nodes: first the lower block.
-MeshFile two_blocks(int n, int m, const Mat3 &R, double gap = 0.0)
-{
-  MeshFile mesh;
-  mesh.add_block("low", 1, n, n, n, L / n, [&](const Vec3 &X) {
-    return Vec3(R * X);
-  });
-  mesh.add_block("high", 1, m, m, m, L / m, [&](const Vec3 &X) {
-    return Vec3(R * (X + Vec3(0.0, 0.0, L + gap)));
-  });
-  return mesh;
-}
-
-std::string fix_of(const std::string &options)
-{
-  return "fix fe all defe material glass elastic " + number(E) + " " + number(nu) + " " +
-      number(rho) + " part low glass part high glass " + options + "\n";
-}
-
-std::string before_mesh(const std::string &options)
-{
-  return script_head() +
-      "region box block -0.02 0.03 -0.02 0.03 -0.02 0.03\ncreate_box 2 box\n"
-      "pair_style zero 0.002\npair_coeff * *\n" +
-      fix_of(options);
-}
-
-const std::string motion =
-    "group nodes type 1\nfix move nodes nve\nneighbor 5e-4 bin\ntimestep 5e-8\n";
-
-std::string script(const MeshFile &mesh, const std::string &options, MPI_Comm comm = MPI_COMM_WORLD,
-                   const std::string &file = "tied.data")
-{
-  mesh.write(file, comm);
-  return before_mesh(options) + read_mesh(file) + motion;
-}
 
 /// Blocks that are apart only by what ties yield, under one stress everywhere: largest force, by that of the
 /// stress on a face of an element, on nodes for which `exact` says that it vanishes. Their places: 0 to n.
@@ -395,40 +349,6 @@ TEST(Tied, CantileverOfTwoHalves)
                  "create_hexes fe high 1 x 0 16 0.024 y 0.003 2 0.006 z 0 2 0.003\n",
                  "tied low high");
   EXPECT_NEAR(along / one, 1.0, 0.02);
-}
-
-// An element that converts is not tied any more: what its ties stored is in the account.
-TEST(Tied, ConversionsEndTies)
-{
-  Lammps lmp;
-  const std::string options =
-      "convert high 20e6 type 2 group particles tied low high contact 0.2 check yes";
-  two_blocks(2, 3, Mat3::Identity()).write("tied.data");
-  std::string text = before_mesh(options);
-  text.replace(
-      text.find("pair_style"), text.find("fix fe") - text.find("pair_style"),
-      "pair_style defe/joint\npair_coeff 2 2 connective material cohesive 1e12 1e6 0.1 contact "
-      "0.9 0.2\ngroup particles empty\n");
-  lmp.commands(text + read_mesh("tied.data") + motion +
-               "timestep 1e-8\nfix move2 particles nve/sphere\n");
-  lmp.change([](Particle &p) {
-    p.v = Vec3(0.0, 0.0, 1.5e3 * (p.x[2] - L));
-  });
-  lmp.run(0);
-  const double before = lmp.fe(BALANCE);
-  const auto down = [&lmp] {    // momentum of the lower block
-    Vec3 sum = Vec3::Zero();
-    for (const auto &p : lmp.particles())
-      if (p.first <= 27) sum += p.second.mass * p.second.v;
-    return sum;
-  };
-  lmp.run(100);
-  EXPECT_GT(lmp.fe(CONVERTED), 8.0);
-  EXPECT_NEAR(lmp.fe(BALANCE), before, 4e-4 * before);    // 2.9e-4 without ties
-  const Vec3 then = down();
-  lmp.run(500);
-  EXPECT_NEAR(lmp.fe(BALANCE), before, 4e-4 * before);       // 2.9e-4 without ties
-  EXPECT_LT((down() - then).norm(), 1e-11 * then.norm());    // nothing pulls it any more
 }
 
 TEST(Tied, WrongInput)

@@ -37,6 +37,7 @@ struct HexNeighbors {
   signed char face[6];        ///< the face, seen from that element
   signed char rotation[6];    ///< position on that face of the first node of ours
   signed char part[6];        ///< part of that element
+  unsigned tied = 0;    ///< a bit for each free face that is tied to another part (tied_quarters.h)
 };
 
 /// How a DE is held in one of its six slots when it is born.

@@ -84,7 +84,12 @@ struct JointTable {
   std::vector<std::int64_t> tie_element;
   std::vector<signed char> tie_part;
   std::vector<TieSpot> tie_spot;
-  std::vector<double> tie_point;
+  std::vector<double> tie_point;    ///< of ties, and of tied places behind them
+  // Tied surfaces (tied_quarters.h): places that DEs are tied to, never broken and of no JointRecord. In nb they follow the
+  // ties of elements. Such DEs are not among the orthogonal ones.
+  std::vector<int> place_first = {0};    ///< per place, where its particles begin; one more
+  std::vector<int> place_particle;
+  std::vector<double> place_weight;
   struct ContactDistance {
     int de;
     std::int64_t other;
@@ -116,6 +121,22 @@ struct JointTable {
     return strength.empty() ? sigma_t : strength_between(strength[d], strength[e], sigma_t);
   }
   double contact_distance(int d, std::int64_t other) const;
+  // A tied place, for the value of nb that leads to it
+
+  bool is_place(int neighbor) const { return ~neighbor >= static_cast<int>(tie_node.size()); }
+  /// f(particle, weight)
+  template <class F> void for_place(int neighbor, const F &f) const
+  {
+    const std::size_t p = ~neighbor - tie_node.size();
+    for (int k = place_first[p]; k < place_first[p + 1]; ++k) f(place_particle[k], place_weight[k]);
+  }
+  int places() const { return static_cast<int>(place_first.size()) - 1; }
+  /// Another place for this slot of a DE; after all ties of elements.
+  void add_place(int d, int s, const std::vector<int> &particles,
+                 const std::vector<double> &weights);
+  /// Where ties and tied places are.
+  void find_tie_points(const double *x);
+
   /// A DE has no contact with an element that it is tied to.
   bool tied(int atom, std::int64_t element) const;
   void clear();

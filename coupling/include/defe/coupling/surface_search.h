@@ -56,7 +56,8 @@ class SurfaceTies {
   virtual ~SurfaceTies() = default;
   /// The DE is tied to this element of `part`, and that tie cannot end before the next search.
   virtual bool lasting(int de, int part, std::int64_t element) const = 0;
-  /// Distance of the nearest face that was tied to `part` from the start, HUGE_VAL if there was none.
+  /// Distance of the nearest face that was tied to `part` from the start, HUGE_VAL if there was none. Half of it if that
+  /// is a tied surface (tied_quarters.h), which bears pressure itself.
   virtual double tied_face(int de, int part) const = 0;
 };
 

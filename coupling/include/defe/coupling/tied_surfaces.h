@@ -47,11 +47,14 @@ struct Tie {
   double stiffness = 0.0;                                      ///< k
   /// Of the two elements: the square of the largest frequency, and by what a tie of k = 1 raises it.
   std::array<double, 2> squared{}, raise{};
+  /// Of the two elements: stiffness per area of what lies between its face and the DEs behind it, once it is eight DEs
+  std::array<double, 2> beside{};
 
   /// Another k: that of the softest place.
   void set_stiffness(double k);
   /// No mode of the meshes is faster, as far as these two elements and this tie matter.
-  double frequency() const;
+  /// \param becomes  of each element: it may become DEs, which are tied to the other one then (tied_quarters.h)
+  double frequency(const std::array<bool, 2> &becomes = {false, false}) const;
 };
 
 /// How surfaces are tied.

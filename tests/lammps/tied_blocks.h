@@ -1,0 +1,61 @@
+#ifndef DEFE_TEST_TIED_BLOCKS_H
+#define DEFE_TEST_TIED_BLOCKS_H
+
+// Two glass blocks whose meshes do not match, one on the other.
+
+#include "glass_block.h"
+#include "mesh_file.h"
+
+#include <Eigen/Geometry>
+
+namespace defe::test::tied {
+
+constexpr double E = 74.09e9, nu = 0.2, rho = 2500.0;    // glass
+constexpr double L = 6e-3;                               // edge of a block
+constexpr double stiffness = 4.0;                        // the default
+
+inline Mat3 tilt()
+{
+  return Eigen::AngleAxisd(0.4, Vec3(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
+}
+
+/// A block of n^3 elements and one of m^3 on it, turned by R. Element IDs and nodes: first the lower block.
+inline MeshFile two_blocks(int n, int m, const Mat3 &R, double gap = 0.0)
+{
+  MeshFile mesh;
+  mesh.add_block("low", 1, n, n, n, L / n, [&](const Vec3 &X) {
+    return Vec3(R * X);
+  });
+  mesh.add_block("high", 1, m, m, m, L / m, [&](const Vec3 &X) {
+    return Vec3(R * (X + Vec3(0.0, 0.0, L + gap)));
+  });
+  return mesh;
+}
+
+inline std::string fix_of(const std::string &options)
+{
+  return "fix fe all defe material glass elastic " + number(E) + " " + number(nu) + " " +
+      number(rho) + " part low glass part high glass " + options + "\n";
+}
+
+inline std::string before_mesh(const std::string &options)
+{
+  return script_head() +
+      "region box block -0.02 0.03 -0.02 0.03 -0.02 0.03\ncreate_box 2 box\n"
+      "pair_style zero 0.002\npair_coeff * *\n" +
+      fix_of(options);
+}
+
+inline const std::string motion =
+    "group nodes type 1\nfix move nodes nve\nneighbor 5e-4 bin\ntimestep 5e-8\n";
+
+inline std::string script(const MeshFile &mesh, const std::string &options,
+                          MPI_Comm comm = MPI_COMM_WORLD, const std::string &file = "tied.data")
+{
+  mesh.write(file, comm);
+  return before_mesh(options) + read_mesh(file) + motion;
+}
+
+}    // namespace defe::test::tied
+
+#endif
