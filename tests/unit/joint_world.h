@@ -40,6 +40,7 @@ class JointRank : public CrackHost {
     jt.energy.assign(jt.nall, 0.0);
     jt.state.assign(6 * jt.nall, joint::CONNECTIVE);
     jt.material.assign(jt.nde, 0);
+    jt.free.assign(jt.nde, 0);
     for (int d = 0; d < jt.nde; ++d) add(d, order[d], boxes);
     jt.tie_point.assign(3 * jt.tie_node.size() + 3, 0.0);
     states = std::make_unique<JointStates>(jt, laws, ledger, stored, *this);
