@@ -184,6 +184,7 @@ void JointStates::find_pending()
       const int other = jt.partner[ds / 6][ds % 6];
       if (other >= 0 && other < 6 * jt.nde) make_pending(other);
     }
+  list_pending();
 }
 
 void JointStates::decide_cracks()
@@ -194,6 +195,7 @@ void JointStates::decide_cracks()
     const int other = jt.partner[ds / 6][ds % 6];
     if (other < 6 * jt.nde) make_pending(other);
   }
+  list_pending();
   for (int ds : jt.asking) jt.record(ds).asks = 0;
   jt.asking = cracks_->entered();
   for (int ds : jt.asking) jt.record(ds).asks = 1;
@@ -404,12 +406,21 @@ void JointStates::adopt_states()
   });
 }
 
+/// For the message of states: records are far apart in memory, and few joints are pending.
+void JointStates::list_pending()
+{
+  pending_of.assign(jt.nde, 0);
+  for (int ds : jt.pending)
+    pending_of[ds / 6] = static_cast<unsigned char>(pending_of[ds / 6] | 1u << ds % 6);
+}
+
 int JointStates::pack_states(int d, double *buf) const
 {
   int bits = 0, m = 1;
+  const unsigned pending = d < jt.nde ? pending_of[d] : 0u;
   for (int s = 0; s < 6; ++s) {
     int state = jt.state[6 * d + s];
-    if (d < jt.nde && jt.record(d, s).pending == 1) state |= PENDING;
+    if (pending >> s & 1u) state |= PENDING;
     if (cracks_ && (state & PENDING) && cracks_->pack_memory(6 * d + s, &buf[m])) {
       state = PENDING_WITH_PLANE;
       m += JointCracks::MEMORY_SIZE;

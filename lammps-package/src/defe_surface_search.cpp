@@ -112,16 +112,26 @@ void DefeSurfaceSearch::gather_elements()
       domain->zperiodic;
   scene.elements.clear();
   ghost_idx.clear();
-  exposed.at.clear();
+  exposed.first.assign(ghosts ? atom->nlocal + 1 : 0, 0);
+  exposed.ghosts.clear();
   const auto &list = sys.elements.exposed();
   scene.elements.reserve(list.size());
   for (const auto &e : list) {
     const auto &b = sys.elements.batches()[e.first];
     const auto &nodes = b.nodes(e.second);
     add_element(*b.hex[e.second], nodes.data());
-    if (ghosts) exposed.at[nodes[0]].push_back(*b.hex[e.second]);
+    if (ghosts) exposed.first[nodes[0] + 1]++;
   }
-  if (ghosts) gather_ghost_elements();
+  if (!ghosts) return;
+  auto &first = exposed.first;
+  for (int i = 0; i < atom->nlocal; i++) first[i + 1] += first[i];
+  std::vector<int> next(first.begin(), first.end() - 1);
+  exposed.own.resize(list.size());
+  for (const auto &e : list) {
+    const auto &b = sys.elements.batches()[e.first];
+    exposed.own[next[b.nodes(e.second)[0]]++] = b.hex[e.second];
+  }
+  gather_ghost_elements();
 }
 
 void DefeSurfaceSearch::gather_ghost_elements()
@@ -130,12 +140,11 @@ void DefeSurfaceSearch::gather_ghost_elements()
   for (exposed.round = 0; exposed.round < rounds; exposed.round++)
     sys.ghosts.forward(exposed, MESSAGE_SIZE);
   std::vector<int> anchors;
-  for (const auto &s : exposed.at)
-    if (s.first >= atom->nlocal) anchors.push_back(s.first);
+  for (const auto &s : exposed.ghosts) anchors.push_back(s.first);
   std::sort(anchors.begin(), anchors.end());
   const double size = sys.mesh.max_diagonal();
   for (int anchor : anchors)
-    for (const auto &h : exposed.at[anchor]) {
+    for (const auto &h : exposed.ghosts[anchor]) {
       const Vec3 X(sys.store.x_frame(anchor));
       std::array<int, 8> idx;
       idx[0] = anchor;
@@ -159,14 +168,23 @@ void DefeSurfaceSearch::gather_ghost_elements()
    only atoms that have something send it, one element a round
 ------------------------------------------------------------------------- */
 
+const HexPod *DefeSurfaceSearch::Exposed::of_round(int i) const
+{
+  if (i + 1 < static_cast<int>(first.size()))
+    return first[i] + round < first[i + 1] ? own[first[i] + round] : nullptr;
+  const auto found = ghosts.find(i);
+  if (found == ghosts.end() || round >= static_cast<int>(found->second.size())) return nullptr;
+  return &found->second[round];
+}
+
 int DefeSurfaceSearch::Exposed::pack_forward(int n, const int *list, const double *, double *buf)
 {
   int m = 1;
   for (int ii = 0; ii < n; ii++) {
-    const auto found = at.find(list[ii]);
-    if (found == at.end() || round >= static_cast<int>(found->second.size())) continue;
+    const HexPod *h = of_round(list[ii]);
+    if (!h) continue;
     buf[m++] = ubuf(ii).d;
-    memcpy(static_cast<void *>(&buf[m]), &found->second[round], sizeof(HexPod));
+    memcpy(static_cast<void *>(&buf[m]), h, sizeof(HexPod));
     m += HEX_SIZE;
   }
   buf[0] = ubuf(m).d;
@@ -182,6 +200,6 @@ void DefeSurfaceSearch::Exposed::unpack_forward(int, int first, const double *bu
     HexPod h;
     memcpy(static_cast<void *>(&h), &buf[m], sizeof(HexPod));
     m += HEX_SIZE;
-    at[i].push_back(h);
+    ghosts[i].push_back(h);
   }
 }

@@ -58,11 +58,14 @@ class DefeSurfaceSearch : protected DefeComponent {
     DefeSystem &sys;
   } ties;
 
-  /** Exposed elements by first node. */
+  /** Exposed elements by first node: of this rank, and what ghosts have. */
   class Exposed : public DefeMessage {
    public:
-    std::unordered_map<int, std::vector<HexPod>> at;
+    std::vector<int> first;    // of each own atom, and the end: index into `own`
+    std::vector<const HexPod *> own;
+    std::unordered_map<int, std::vector<HexPod>> ghosts;
     int round = 0;
+    const HexPod *of_round(int i) const;
     int pack_forward(int n, const int *list, const double *shift, double *buf) override;
     void unpack_forward(int n, int first, const double *buf) override;
   } exposed;

@@ -134,9 +134,10 @@ class JointStates {
   /// By slot: square of the force below which the strength cannot be reached; infinite where there is no
   /// joint to decide on, or where the other side decides.
   std::vector<std::array<double, 6>> threshold;
-  std::vector<int> above;                // joints with more force than that
-  std::vector<int> decided_elsewhere;    // joints whose state another rank decides
-  std::vector<int> taking_over;          // joints that a crack has cut in this step
+  std::vector<int> above;                   // joints with more force than that
+  std::vector<unsigned char> pending_of;    // of each DE of this rank, a bit per slot
+  std::vector<int> decided_elsewhere;       // joints whose state another rank decides
+  std::vector<int> taking_over;             // joints that a crack has cut in this step
   /// What is asked in each step of the joints in JointTable::cohesive, in their order: their records are far apart in
   /// memory, and most rest.
   struct Softening {
@@ -167,6 +168,7 @@ class JointStates {
   // states: joint_states.cpp
   double threshold_of(int d, int s) const;
   bool starts(int d, int s);
+  void list_pending();
   void make_pending(int joint);
   void forget_pending();
   template <class F> void for_leaving(F f);
