@@ -258,6 +258,33 @@ TEST(TiedConversion, AcrossPeriodicBorders)
   }
 }
 
+// On a rigid frame, as a pane is held by it: both go on together.
+TEST(TiedConversion, OnARigidPart)
+{
+  two_blocks(2, 3, Mat3::Identity()).write("rigid.data");
+  std::string text = head(converting("high") + glued + " contact 0.2", strong);
+  text.replace(text.find("part low glass"), 14, "material steel rigid 7800 part low steel");
+  Lammps lmp;
+  lmp.commands(
+      text + read_mesh("rigid.data") +
+      "group nodes type 1\ngroup frame id 1:27\ngroup free subtract nodes frame\n"
+      "fix move free nve\nfix move2 particles nve/sphere\nfix move3 frame rigid/nve single\n"
+      "neighbor 5e-4 bin\ntimestep 1e-8\n");
+  lmp.command("compute pieces all defe/fragment/atom");
+  lmp.change([](Particle &p) {
+    const double z = p.x[2] - L;
+    p.v = Vec3(20.0, -30.0, z > 1e-9 ? 1.5e3 * z : 0.0);
+  });
+  lmp.run(0);
+  const double before = lmp.fe(BALANCE);
+  const auto start = lmp.particles();
+  lmp.run(1000);
+  EXPECT_EQ(lmp.fe(CONVERTED), 27.0);
+  EXPECT_NEAR(lmp.fe(BALANCE), before, 4e-4 * before);
+  EXPECT_LT((momentum(lmp.particles()) - momentum(start)).norm(), 1e-11 * momentum(start).norm());
+  EXPECT_EQ(lmp.value("c_pieces[1]"), 1.0);
+}
+
 // Joints that break do not tear the tie: of a block that falls to pieces a layer of DEs sticks to the other one.
 TEST(TiedConversion, BrokenJointsLeaveItTied)
 {
