@@ -205,6 +205,54 @@ TEST(CrackSoftening, EnergyIsContinuousAtTheSwitch)
   EXPECT_GT(limited, 30);
 }
 
+// The same in lattices of flat DEs that are bent and drawn: their selective shear goes on, or goes, with the joint.
+TEST(CrackSoftening, FlatCellsGoOnAtTheSwitch)
+{
+  std::mt19937 random(12);
+  int opened = 0;
+  for (int k = 0; k < 200; ++k) {
+    Mat3 shape = Vec3(uniform(random, 1.0, 4.0), uniform(random, 1.0, 4.0), 1.0).asDiagonal();
+    if (k % 2) shape(0, 2) = 0.3;
+    const Mat3 turn = random_rotation(random);
+    CrackBody body(box_mesh(2, 2, 2, h,
+                            [&](const Vec3 &X) {
+                              return Vec3(turn * shape * X);
+                            }),
+                   law, k % 2 == 0);
+    const double curvature = uniform(random, 0.0, 0.5), length = 2.0 * h;
+    const Mat3 F = tension(Vec3::UnitX(), 60e6);
+    for (int i = 0; i < body.n; ++i) {
+      const Vec3 X = turn.transpose() * body.reference(i);
+      const Vec3 u(X[0] * X[2], 0.0, -0.5 * X[0] * X[0]);
+      body.x[i] = turn * (F * X + 1e-3 * curvature / length * u);
+    }
+    body.forces();
+    const CrackLattice l = body.lattice();
+    for (int i = 0; i < body.n; ++i)
+      for (int s = 0; s < 6; ++s) {
+        const int joint = 6 * i + s;
+        if (l.partner[i][s] < 0 || l.lower_end(joint) != joint || random() % 8) continue;
+        const Vec3 n = turn.col(0), along = l.vector(joint).normalized();
+        if (std::abs(along.dot(n)) < 0.5) continue;
+        const Vec3 m = along.dot(n) < 0.0 ? Vec3(-n) : n;
+        CrackBody cut = body;
+        const Vec3 before = cut.joint_force(joint);
+        cut.open({{joint, {{m[0], m[1], m[2]}, 0.5}, CrackStart::NUCLEUS}});
+        if (cut.cut.empty()) continue;
+        ++opened;
+        CrackJoint c = cut.cut.at(joint).joint;
+        EXPECT_GT(cut.released, 0.0);
+        EXPECT_LE(cut.taken_over, cut.released * (1.0 + 1e-12));
+        CrackBody::End a, b;
+        const CrackEnd near = cut.end(i, a), far = cut.end(l.other_end(joint) / 6, b);
+        const CrackForces r = crack_update(c, cut.geometry(joint), near, far, cut.arm(joint),
+                                           Vec3::Zero(), cut.moduli, law);
+        EXPECT_LT((r.force - before).norm(), 5e-3 * before.norm()) << k;
+      }
+  }
+  EXPECT_GT(opened, 300);
+}
+
 // Halves of a block that a plane cuts, in any direction, drawn apart along its normal.
 TEST(CrackSoftening, WorkOfAPartedBlockIsThatOfItsArea)
 {
