@@ -254,6 +254,14 @@ def example(runner, name, script, variables=(), end=1e-4):
     return sample
 
 
+def beam_by_law(runner, name, law, variables=(), end=9e-5):
+    """The beam by one of the laws by which joints open, up to when the crack is through; processor time of the loop."""
+    sample = example(runner, name, "in.glass_beam", {"law": law, **dict(variables)}, end)
+    loops = re.findall(r"^Loop time of (\S+) on .*?^([\d.]+)% CPU use", sample["log"], re.M | re.S)
+    sample["loop_cpu_s"] = sum(0.01 * float(seconds) * float(share) for seconds, share in loops)
+    return sample
+
+
 def thermo_column(sample, name):
     """(step, value) of a column of the last run in the log."""
     rows, column = [], None
@@ -402,6 +410,10 @@ CASES = {
     "elastic": lambda r: beam(r, "elastic", {"stress": 1e30}),
     "adaptive": lambda r: example(r, "adaptive", "in.glass_beam"),
     "two_clocks": case_two_clocks,
+    "law_rings": lambda r: beam_by_law(r, "law_rings", "stress"),
+    "law_lattice": lambda r: beam_by_law(r, "law_lattice", "lattice"),
+    "law_dem_rings": lambda r: beam_by_law(r, "law_dem_rings", "stress", {"variant": "dem"}),
+    "law_dem_lattice": lambda r: beam_by_law(r, "law_dem_lattice", "lattice", {"variant": "dem"}),
     "trace": case_trace,
     "ranks1": lambda r: block(r, "ranks1", 200000, 20e6),
     "ranks2": lambda r: block(r, "ranks2", 200000, 20e6, ranks=2),
@@ -624,6 +636,15 @@ def row_two_clocks(s):
     ]
 
 
+def row_laws(s):
+    return [
+        Line("adaptive beam, 90 us: cracks by the stress by the law lattice, processor time", "",
+             s.ratios("law_rings", "law_lattice", "loop_cpu_s"), 1.10, -1),
+        Line("pure DEM, 90 us: cracks by the stress by the law lattice, processor time", "",
+             s.ratios("law_dem_rings", "law_dem_lattice", "loop_cpu_s"), 1.15, -1),
+    ]
+
+
 def conversion_cost(traces):
     """Extra time of every conversion event, in ordinary steps and in seconds: [(step, cost, seconds)].
 
@@ -759,6 +780,7 @@ ROWS = {
     "dem": (row_dem, ["dem", "bpm", "bpm_spring"]),
     "adaptive": (row_adaptive, ["adaptive", "dem", "bpm"]),
     "two_clocks": (row_two_clocks, ["two_clocks", "adaptive"]),
+    "laws": (row_laws, ["law_rings", "law_lattice", "law_dem_rings", "law_dem_lattice"]),
     "event": (row_event, ["trace"]),
     "event_size": (row_event_size, EVENTS),
     "plate": (row_plate, ["plate_elastic", "plate", "plate_ranks", "plate_dem", "plate_whole_elastic", "plate_whole",

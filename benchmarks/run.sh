@@ -6,8 +6,8 @@
 # --profile  also where the time goes, by function (Debian's linux-perf)
 # --rounds   repetitions of the whole list (5)
 # --page     also puts the table into benchmarks/README.md
-# rows       kernels bricks general elastic dem adaptive two_clocks event event_size plate front ranks size dem_size
-#            peers; all without
+# rows       kernels bricks general elastic dem adaptive two_clocks laws event event_size plate front ranks size
+#            dem_size peers; all without
 # DEFE_LULESH=PATH runs a LULESH of your own (serial build) among the peers.
 set -euo pipefail
 exec </dev/null
