@@ -182,7 +182,7 @@ TEST(Cantilever, DeflectionByMinimize)
 }
 
 // The elements at the clamp stay finite. The deflection of the beam of DEs differs by 1 or 2 %; asked: 5 %. The frequency goes with the
-// root of the stiffness. With elements of 3:1 in two layers DEs were 46 % too stiff before the selective shear of corner_strain.h.
+// root of the stiffness. With elements of 3:1 in two layers DEs had 0.68 of the deflection before the selective shear of corner_strain.h.
 TEST(Cantilever, DiscreteBeamBendsLikeFiniteBeam)
 {
   for (const Cantilever &b :
