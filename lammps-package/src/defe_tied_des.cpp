@@ -219,6 +219,7 @@ bool DefeTiedDEs::shape(int i, defe::GeneralCell &cell) const
       for (tagint tag : p->end) dX += *w++ * Vec3(sys.store.x_frame(local_end(i, tag)));
     cell.dX[s] = dX;
     cell.face[s] = place.share * dX;
+    cell.free &= ~(1u << s);
     first = end;
   }
   return true;
