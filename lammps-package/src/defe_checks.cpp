@@ -37,7 +37,7 @@ void DefeChecks::before_mesh() const
   if (neighbor->includegroup)
     error->all(FLERR, "Fix defe cannot be used with neigh_modify include: remove it");
   // nodes, DEs and balls are told apart by type
-  if (comm->mode == Comm::MULTIOLD)
+  if (comm->mode != Comm::SINGLE && comm->mode != Comm::MULTI)    // later releases have no other
     error->all(FLERR,
                "Fix defe does not know comm_modify mode multi/old: use mode single, or multi with "
                "neighbor style multi");

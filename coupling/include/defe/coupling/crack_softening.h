@@ -27,8 +27,9 @@
 /// gives forces on them, exact but for the square of the two DEs' turn against each other, that
 /// keep angular momentum and energy. About some axis a DE may be held by one joint alone (two joints, or three in a T). As the joint across
 /// from a cut one it would be a lever: the cut one sheared by twice the DE's motion, with four times the stiffness, and the stable step
-/// 0.7 of what it should be. There the cut joint itself is among those that say how the DE has turned, and shears by half. A DE whose joints
-/// are on a line even so has no R: the other one's is taken; without either R turns with the spins, which take the moment.
+/// 0.7 of what it should be. There the cut joint itself is among those that say how the DE has turned, and shears by half. Not so where it
+/// is the second one: R would follow the cut joint's own shear, and turn over where the two come to lie on a line. A DE on a single joint, or whose joints
+/// are on a line, has no R: the other one's is taken; without either R turns with the spins, which take the moment.
 /// When a DE loses or gains joints R jumps; e does not (the offset is set anew). Nor does it when a DE's joints have come to lie
 /// on a line, where they say nothing about the rotation about it, and turn it over as they pass through.
 ///
