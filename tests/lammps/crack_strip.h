@@ -394,7 +394,7 @@ inline CrackPath expect_straight(const std::string &name, const CrackStrip &stri
   EXPECT_LT(r.scatter, 1.0) << name;
   EXPECT_NEAR(r.area, 1.0, area) << name;
   EXPECT_NEAR(r.energy(), 1.0, energy) << name;
-  EXPECT_LE(r.stray, r.cut / 50) << name;
+  EXPECT_LE(r.stray, r.cut / 40) << name;
   EXPECT_EQ(r.loose, 0) << name;
   EXPECT_LT(r.rise, 1e-3) << name;
   return r;
