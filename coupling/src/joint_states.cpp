@@ -157,22 +157,31 @@ bool JointStates::starts(int d, int s)
 void JointStates::make_pending(int joint)
 {
   jt.record(joint).pending = 1;
+  mark_pending(joint);
+}
+
+/// The message of states asks for the bits: records are far apart in memory.
+void JointStates::mark_pending(int joint)
+{
   jt.pending.push_back(joint);
+  unsigned char &slots = pending_of[joint / 6];
+  slots = static_cast<unsigned char>(slots | 1u << joint % 6);
 }
 
 /// Before they are found anew. Before a run cracks do not decide again: their step is over.
 void JointStates::forget_pending()
 {
   if (cracks_) cracks_->forget_pending();
-  std::vector<int> kept;
-  for (int ds : jt.pending) {
+  std::vector<int> before;
+  before.swap(jt.pending);
+  pending_of.assign(jt.nde, 0);
+  for (int ds : before) {
     if (!moving && jt.partner[ds / 6][ds % 6] >= 0 && by_crack(ds / 6, ds % 6)) {
-      kept.push_back(ds);
+      mark_pending(ds);
       if (cracks_->find(ds)) cracks_->keep_pending(ds);
     } else
       jt.record(ds).pending = 0;
   }
-  jt.pending = std::move(kept);
 }
 
 void JointStates::find_pending()
@@ -184,7 +193,6 @@ void JointStates::find_pending()
       const int other = jt.partner[ds / 6][ds % 6];
       if (other >= 0 && other < 6 * jt.nde) make_pending(other);
     }
-  list_pending();
 }
 
 void JointStates::decide_cracks()
@@ -195,7 +203,6 @@ void JointStates::decide_cracks()
     const int other = jt.partner[ds / 6][ds % 6];
     if (other < 6 * jt.nde) make_pending(other);
   }
-  list_pending();
   for (int ds : jt.asking) jt.record(ds).asks = 0;
   jt.asking = cracks_->entered();
   for (int ds : jt.asking) jt.record(ds).asks = 1;
@@ -404,14 +411,6 @@ void JointStates::adopt_states()
   for_leaving([this](int d, unsigned leaving) {
     share_out_release(d, leaving);
   });
-}
-
-/// For the message of states: records are far apart in memory, and few joints are pending.
-void JointStates::list_pending()
-{
-  pending_of.assign(jt.nde, 0);
-  for (int ds : jt.pending)
-    pending_of[ds / 6] = static_cast<unsigned char>(pending_of[ds / 6] | 1u << ds % 6);
 }
 
 int JointStates::pack_states(int d, double *buf) const

@@ -254,8 +254,8 @@ bool DefeGhosts::any() const
 }
 
 /* ----------------------------------------------------------------------
-   Contacts of balls are computed where the facet or the DE is: all ranks that a ball reaches must know it, but not
-   it the nodes and DEs around it. In the mode multi each collection of types has its own distance.
+   Contacts of balls are computed where the facet or the DE is: all ranks that a ball reaches must know it, but
+   its own rank need not know the nodes and DEs around it. In the mode multi each collection of types has its own distance.
 ------------------------------------------------------------------------- */
 
 void DefeGhosts::set_cutoff_of_types()
@@ -263,14 +263,12 @@ void DefeGhosts::set_cutoff_of_types()
   if (!by_type()) return tell_of_mode();
   // LAMMPS takes the larger of both, with a warning where this one is less
   comm->cutghostuser = MAX(comm->cutghostuser, neighbor->cutneighmax);
-  if (comm->cutusermulti && comm->ncollections_cutoff == neighbor->ncollections) {
-    raise();
-    return;
+  if (!comm->cutusermulti || comm->ncollections_cutoff != neighbor->ncollections) {
+    memory->destroy(comm->cutusermulti);
+    comm->ncollections_cutoff = neighbor->ncollections;
+    memory->create(comm->cutusermulti, comm->ncollections_cutoff, "comm:cutusermulti");
+    std::fill_n(comm->cutusermulti, comm->ncollections_cutoff, 0.0);
   }
-  memory->destroy(comm->cutusermulti);
-  comm->ncollections_cutoff = neighbor->ncollections;
-  memory->create(comm->cutusermulti, comm->ncollections_cutoff, "comm:cutusermulti");
-  std::fill_n(comm->cutusermulti, comm->ncollections_cutoff, 0.0);
   raise();
 }
 

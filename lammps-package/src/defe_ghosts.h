@@ -42,6 +42,9 @@ class DefeGhosts : protected DefeComponent {
   int pack_reverse(int n, int first, double *buf);
   void unpack_reverse(int n, const int *list, const double *buf);
 
+  /** Whether there can be any. */
+  bool any() const;
+
   /** Before a run: cutoff for what can be needed in it; collective. */
   void find_largest_ball();
   void set_cutoff();
@@ -71,7 +74,6 @@ class DefeGhosts : protected DefeComponent {
   double reach(double ball_radius) const;
   bool by_type() const;
   void tell_of_mode();
-  bool any() const;
   bool raise();
   bool longest_of_all(double &longest) const;
 

@@ -204,8 +204,7 @@ void DefePrestress::keep(int i, const HexRecord &h, const Mat3 &stress,
   const double strain = std::isfinite(norm) ? norm : HUGE_VAL;
   if (strain > sums.strain || (strain == sums.strain && h.id < sums.element)) sums.element = h.id;
   sums.strain = MAX(sums.strain, strain);
-  if (!of[i]) of[i] = std::make_unique<List>();
-  of[i]->push_back({h.id, defe::fe::rounded_stress(stress, elastic), Mat3::Identity(), false});
+  add(i, {h.id, defe::fe::rounded_stress(stress, elastic), Mat3::Identity(), false});
 }
 
 /* ----------------------------------------------------------------------
@@ -315,19 +314,9 @@ void DefePrestress::set_de(int i, const Mat3 &stress)
 void DefePrestress::remove(int i, tagint element)
 {
   if (!on_ || !of[i]) return;
-  of[i]->erase(std::remove_if(of[i]->begin(), of[i]->end(),
-                              [element](const Kept &one) {
-                                return one.element == element;
-                              }),
-               of[i]->end());
-}
-
-double DefePrestress::memory_usage() const
-{
-  double bytes = static_cast<double>(of.capacity()) * sizeof(of[0]);
-  for (const auto &one : of)
-    if (one) bytes += sizeof(List) + one->capacity() * sizeof(Kept);
-  return bytes;
+  drop_if(i, [element](const Kept &one) {
+    return one.element == element;
+  });
 }
 
 /* ----------------------------------------------------------------------

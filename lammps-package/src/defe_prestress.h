@@ -33,7 +33,7 @@ struct DefeKeptStress {
 
 /** Stress of bodies before any load (keyword prestress; fe/prestress.h): found once, with the mesh, and kept by the
     atom that has the element, and by its DEs later on. Where no part has any, nothing is kept. */
-class DefePrestress : protected DefeComponent, public DefeSparseField<std::vector<DefeKeptStress>> {
+class DefePrestress : protected DefeComponent, public DefeListField<DefeKeptStress> {
  public:
   using DefeComponent::DefeComponent;
 
@@ -58,8 +58,6 @@ class DefePrestress : protected DefeComponent, public DefeSparseField<std::vecto
 
   void set_de(int i, const defe::Mat3 &stress);
   void remove(int i, tagint element);
-
-  double memory_usage() const;
 
   // ---- by atom ----
 

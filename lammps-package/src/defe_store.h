@@ -10,6 +10,7 @@
 #include "defe_component.h"
 #include "defe_records.h"
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -44,6 +45,40 @@ template <class T> class DefeSparseField : public DefeField {
 
  protected:
   std::vector<std::unique_ptr<T>> of;    // by atom
+};
+
+/** Lists that few atoms have. */
+template <class T> class DefeListField : public DefeSparseField<std::vector<T>> {
+ public:
+  double memory_usage() const
+  {
+    double bytes = static_cast<double>(of.capacity()) * sizeof(of[0]);
+    for (const auto &one : of)
+      if (one) bytes += sizeof(*one) + one->capacity() * sizeof(T);
+    return bytes;
+  }
+
+ protected:
+  using DefeSparseField<std::vector<T>>::of;
+
+  void add(int i, const T &one)
+  {
+    if (!of[i]) of[i] = std::make_unique<std::vector<T>>();
+    of[i]->push_back(one);
+  }
+  template <class F> void drop_if(int i, const F &which)
+  {
+    auto &list = *of[i];
+    list.erase(std::remove_if(list.begin(), list.end(), which), list.end());
+    if (list.empty()) of[i].reset();
+  }
+  /** The largest size() of so many atoms. */
+  int largest_size(int n) const
+  {
+    int most = 1;
+    for (int i = 0; i < n; i++) most = std::max(most, this->size(i));
+    return most;
+  }
 };
 
 /** Doubles that hold so many bytes. */

@@ -12,7 +12,6 @@
 #include "defe_system.h"
 
 #include "atom.h"
-#include "comm.h"
 #include "domain.h"
 #include "fix.h"
 #include "force.h"
@@ -108,8 +107,7 @@ void DefeSurfaceSearch::add_element(const HexPod &h, const int *idx)
 
 void DefeSurfaceSearch::gather_elements()
 {
-  const bool ghosts = comm->nprocs > 1 || domain->xperiodic || domain->yperiodic ||
-      domain->zperiodic;
+  const bool ghosts = sys.ghosts.any();
   scene.elements.clear();
   ghost_idx.clear();
   exposed.first.assign(ghosts ? atom->nlocal + 1 : 0, 0);

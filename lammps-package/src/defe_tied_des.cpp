@@ -54,8 +54,7 @@ void DefeTiedDEs::forget_all()
 
 void DefeTiedDEs::keep(int i, const DefeTiedPiece &piece)
 {
-  if (!of[i]) of[i] = std::make_unique<List>();
-  of[i]->push_back(piece);
+  add(i, piece);
 }
 
 void DefeTiedDEs::sort()
@@ -159,13 +158,9 @@ void DefeTiedDEs::set_de(int i, const List &list)
 void DefeTiedDEs::remove(int i, tagint element)
 {
   if (!on_ || !of[i]) return;
-  auto &list = *of[i];
-  list.erase(std::remove_if(list.begin(), list.end(),
-                            [element](const DefeTiedPiece &p) {
-                              return p.own == element;
-                            }),
-             list.end());
-  if (list.empty()) of[i].reset();
+  drop_if(i, [element](const DefeTiedPiece &p) {
+    return p.own == element;
+  });
 }
 
 void DefeTiedDEs::book(const defe::ConversionPlan &plan)
@@ -268,9 +263,7 @@ int DefeTiedDEs::size(int i) const
 
 int DefeTiedDEs::most() const
 {
-  int most = 1;
-  for (int i = 0; i < atom->nlocal; i++) most = MAX(most, size(i));
-  return most;
+  return largest_size(atom->nlocal);
 }
 
 int DefeTiedDEs::pack(int i, double *buf) const
@@ -310,12 +303,4 @@ int DefeTiedDEs::unpack(int i, const double *buf)
       *k = static_cast<int>(ubuf(buf[m++]).i);
   }
   return m;
-}
-
-double DefeTiedDEs::memory_usage() const
-{
-  double bytes = static_cast<double>(of.capacity()) * sizeof(of[0]);
-  for (const auto &one : of)
-    if (one) bytes += sizeof(List) + one->capacity() * sizeof(DefeTiedPiece);
-  return bytes;
 }

@@ -40,7 +40,7 @@ struct DefeTiedPiece {
 
 /** Tied surfaces of elements that become DEs (tied_quarters.h). What quarters have in common is found once, with the mesh;
     it is kept by the atom that has the element, and by its DEs later on. Where no parts are tied, nothing is kept. */
-class DefeTiedDEs : protected DefeComponent, public DefeSparseField<std::vector<DefeTiedPiece>> {
+class DefeTiedDEs : protected DefeComponent, public DefeListField<DefeTiedPiece> {
  public:
   using List = std::vector<DefeTiedPiece>;
   using DefeComponent::DefeComponent;
@@ -84,8 +84,6 @@ class DefeTiedDEs : protected DefeComponent, public DefeSparseField<std::vector<
   double contact_distance(int d, int part) const;
   /** All that it is tied to. */
   const List *of_de(int i) const { return on_ ? of[i].get() : nullptr; }
-
-  double memory_usage() const;
 
   // ---- by atom ----
 

@@ -385,10 +385,7 @@ double DefeTiedSurfaces::find()
     return std::tie(p.atom, p.kept.a, p.face_a, p.kept.b, p.face_b) <
         std::tie(q.atom, q.kept.a, q.face_a, q.kept.b, q.face_b);
   });
-  for (const auto &one : came) {
-    if (!of[one.atom]) of[one.atom] = std::make_unique<List>();
-    of[one.atom]->push_back(one.kept);
-  }
+  for (const auto &one : came) add(one.atom, one.kept);
   Letters<PieceAnswer> pieces(lmp);
   for (const auto &one : answers.pieces) pieces.to_rank(one.first, one.second);
   for (const auto &one : pieces.send()) sys.tied_des.keep(one.atom, one.piece);
@@ -546,9 +543,7 @@ int DefeTiedSurfaces::size(int i) const
 
 int DefeTiedSurfaces::most() const
 {
-  int most = 1;
-  for (int i = 0; i < atom->nlocal; i++) most = MAX(most, size(i));
-  return most;
+  return largest_size(atom->nlocal);
 }
 
 int DefeTiedSurfaces::pack(int i, double *buf) const
@@ -584,12 +579,4 @@ int DefeTiedSurfaces::unpack(int i, const double *buf)
     for (int k = 0; k < n * (n + 1) / 2; k++) one.tie.M[k] = buf[m++];
   }
   return m;
-}
-
-double DefeTiedSurfaces::memory_usage() const
-{
-  double bytes = static_cast<double>(of.capacity()) * sizeof(of[0]);
-  for (const auto &one : of)
-    if (one) bytes += sizeof(List) + one->capacity() * sizeof(Kept);
-  return bytes;
 }

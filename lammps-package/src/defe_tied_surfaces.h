@@ -37,7 +37,7 @@ struct DefeKeptTie {
 
 /** Surfaces that are glued (keyword tied; tied_surfaces.h): the ties are found once, with the mesh, and kept by the
     atom that has the element of the first part. Where none are asked for, nothing is kept. */
-class DefeTiedSurfaces : protected DefeComponent, public DefeSparseField<std::vector<DefeKeptTie>> {
+class DefeTiedSurfaces : protected DefeComponent, public DefeListField<DefeKeptTie> {
  public:
   explicit DefeTiedSurfaces(DefeSystem &);
 
@@ -69,8 +69,6 @@ class DefeTiedSurfaces : protected DefeComponent, public DefeSparseField<std::ve
   void let_go(tagint element) { let_go_ = std::min(let_go_, element); }
   /** Once, if something was let go; collective. */
   void warn();
-
-  double memory_usage() const;
 
   // ---- by atom ----
 

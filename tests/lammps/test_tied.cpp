@@ -223,16 +223,8 @@ TEST(Tied, AcrossPeriodicBorders)
   struct Case {
     Vec3 low, high;    // where the blocks are, beside their places inside the box
   };
-  const Vec3 box = Vec3::Constant(0.05);
   const auto run = [&](const Vec3 &low, const Vec3 &high) {
-    MeshFile mesh;
-    mesh.add_block("low", 1, 2, 2, 2, L / 2, [&](const Vec3 &X) {
-      return Vec3(X + low);
-    });
-    mesh.add_block("high", 1, 3, 3, 3, L / 3, [&](const Vec3 &X) {
-      return Vec3(X + Vec3(0.0, 0.0, L) + high);
-    });
-    mesh.write("periodic.data");
+    blocks_apart(low, high).write("periodic.data");
     const std::string options = "check yes contact 0.2 tied low high";
     std::string text = before_mesh(options);
     text.replace(text.find("f f f"), 5, "p p p");
@@ -261,9 +253,9 @@ TEST(Tied, AcrossPeriodicBorders)
   const auto inside = run(Vec3::Zero(), Vec3::Zero());
   const Vec3 border(0.027, -0.022, 0.024);    // of the box: -0.02 to 0.03
   for (const Case &c :
-       {Case{border, border}, Case{{0.0, 0.0, 0.024}, {0.0, 0.0, 0.024 - box[2]}},
-        Case{{0.027, -0.022, 0.024}, {0.027 - box[0], -0.022 + box[1], 0.024 - box[2]}},
-        Case{{0.027 - box[0], 0.0, 0.0}, {0.027, 0.0, 0.0}}}) {
+       {Case{border, border}, Case{{0.0, 0.0, 0.024}, {0.0, 0.0, 0.024 - period}},
+        Case{{0.027, -0.022, 0.024}, {0.027 - period, -0.022 + period, 0.024 - period}},
+        Case{{0.027 - period, 0.0, 0.0}, {0.027, 0.0, 0.0}}}) {
     SCOPED_TRACE(number(c.high[0]) + " " + number(c.high[1]) + " " + number(c.high[2]));
     EXPECT_LT(difference(run(c.low, c.high), inside, &Particle::v), 1e-7);
   }

@@ -220,24 +220,16 @@ TEST(TiedConversion, RestartsGoOn)
 // Two blocks that meet across borders of a periodic box convert as they do inside it.
 TEST(TiedConversion, AcrossPeriodicBorders)
 {
-  const Vec3 box = Vec3::Constant(0.05);
   const std::string options = converting("low") + converting("high") + glued + " contact 0.2";
   const auto run = [&](const Vec3 &low, const Vec3 &high) {
-    MeshFile mesh;
-    mesh.add_block("low", 1, 2, 2, 2, L / 2, [&](const Vec3 &X) {
-      return Vec3(X + low);
-    });
-    mesh.add_block("high", 1, 3, 3, 3, L / 3, [&](const Vec3 &X) {
-      return Vec3(X + Vec3(0.0, 0.0, L) + high);
-    });
-    mesh.write("periodic.data");
+    blocks_apart(low, high).write("periodic.data");
     Lammps lmp;
     lmp.commands(head(options, strong, "p p p") + read_mesh("periodic.data") + moving);
     lmp.command("compute pieces all defe/fragment/atom");
     lmp.change([&](Particle &p) {
       const bool upper = p.tag > 27;
       double z = p.x[2] - (upper ? high : low)[2] - L;
-      z -= box[2] * std::round(z / box[2]);
+      z -= period * std::round(z / period);
       p.v = Vec3(10.0, 20.0, 1.5e3 * z);
     });
     lmp.run(0);
@@ -251,8 +243,8 @@ TEST(TiedConversion, AcrossPeriodicBorders)
   const auto inside = run(Vec3::Zero(), Vec3::Zero());
   const Vec3 border(0.027, -0.022, 0.024);    // of the box: -0.02 to 0.03
   for (const auto &[low, high] :
-       {std::pair(Vec3(0.0, 0.0, 0.024), Vec3(0.0, 0.0, 0.024 - box[2])),
-        std::pair(border, Vec3(0.027 - box[0], -0.022 + box[1], 0.024 - box[2]))}) {
+       {std::pair(Vec3(0.0, 0.0, 0.024), Vec3(0.0, 0.0, 0.024 - period)),
+        std::pair(border, Vec3(0.027 - period, -0.022 + period, 0.024 - period))}) {
     SCOPED_TRACE(number(high[0]) + " " + number(high[2]));
     EXPECT_LT(difference(run(low, high), inside, &Particle::v), 1e-5);
   }

@@ -32,6 +32,21 @@ inline MeshFile two_blocks(int n, int m, const Mat3 &R, double gap = 0.0)
   return mesh;
 }
 
+constexpr double period = 0.05;    // of the box of before_mesh()
+
+/// 2^3 elements and 3^3 on them, each block moved on its own: to where they meet across borders of the periodic box.
+inline MeshFile blocks_apart(const Vec3 &low, const Vec3 &high)
+{
+  MeshFile mesh;
+  mesh.add_block("low", 1, 2, 2, 2, L / 2, [&](const Vec3 &X) {
+    return Vec3(X + low);
+  });
+  mesh.add_block("high", 1, 3, 3, 3, L / 3, [&](const Vec3 &X) {
+    return Vec3(X + Vec3(0.0, 0.0, L) + high);
+  });
+  return mesh;
+}
+
 inline std::string fix_of(const std::string &options)
 {
   return "fix fe all defe material glass elastic " + number(E) + " " + number(nu) + " " +

@@ -119,15 +119,11 @@ template <class Item> class CellList {
   {
     if (items.empty() || !may_reach(x, beyond)) return;
     const double most = (reach + beyond) * (1.0 + 1e-9), cell_size = 1.0 / cells.inverse;
+    const double low[3] = {x[0] - most, x[1] - most, x[2] - most};
+    const double high[3] = {x[0] + most, x[1] + most, x[2] + most};
     int from[3], to[3];
-    for (int d = 0; d < 3; d++) {
-      const double at = x[d] - cells.lo[d];
-      const auto cell = [&](double y) {
-        return static_cast<int>(std::min(std::max(y * cells.inverse, 0.0), cells.n[d] - 1.0));
-      };
-      from[d] = cell(at - most);
-      to[d] = cell(at + most);
-    }
+    cells.of(low, from);
+    cells.of(high, to);
     const auto beside = [&](int d, int c) {    // from x to the layer of these cells
       const double at = x[d] - (cells.lo[d] + c * cell_size);
       return std::max(std::max(-at, at - cell_size), 0.0);

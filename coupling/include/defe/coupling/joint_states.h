@@ -168,7 +168,7 @@ class JointStates {
   // states: joint_states.cpp
   double threshold_of(int d, int s) const;
   bool starts(int d, int s);
-  void list_pending();
+  void mark_pending(int joint);
   void make_pending(int joint);
   void forget_pending();
   template <class F> void for_leaving(F f);
