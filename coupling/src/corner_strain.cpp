@@ -47,78 +47,123 @@ namespace {
   constexpr int C = 8;
   constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
 
-  /// f_a = w sum_b S^ab y_b, summed over the corners
-  inline void add_corner_forces(const double (&S)[6][C], const Vec3 (&current)[6],
-                                Vec3 half_force[6])
+  struct Pairs {
+    int slot[CornerTable::pairs][2];    // the lower one first
+    int of[6][6];
+    int at[6][C];    // of a component at a corner
+  };
+
+  constexpr Pairs find_pairs()
   {
-    double sum[6][6] = {};
-    for (int corner = 0; corner < C; ++corner)
-      for (int j = 0; j < 6; ++j)
-        sum[corner_slot(corner, row[j])][corner_slot(corner, column[j])] += S[j][corner];
-    for (int s = 0; s < 6; ++s) half_force[s] = sum[s][s] * current[s];
+    Pairs p{};
+    for (int s = 0; s < 6; ++s) {
+      p.slot[s][0] = p.slot[s][1] = s;
+      p.of[s][s] = s;
+    }
+    int n = 6;
     for (int s = 0; s < 6; ++s)
       for (int t = 2 * (s / 2) + 2; t < 6; ++t) {
-        half_force[s] += sum[s][t] * current[t];
-        half_force[t] += sum[s][t] * current[s];
+        p.slot[n][0] = s;
+        p.slot[n][1] = t;
+        p.of[s][t] = n++;
       }
+    for (int j = 0; j < 6; ++j)
+      for (int c = 0; c < C; ++c)
+        p.at[j][c] = p.of[corner_slot(c, row[j])][corner_slot(c, column[j])];
+    return p;
   }
+
+  constexpr Pairs pair = find_pairs();
 
 }    // namespace
 
-// The eight corners side by side. Absent joints: unit metric, no strain, no vector. The inverse of
-// the rest is then that of the metric of the plane or line of the joints that are left (see
-// CornerMetric), and the absent ones' stress multiplies zero.
-double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned present,
-                             const CornerModuli &moduli, Vec3 half_force[6])
+// Absent joints: unit metric, no strain, no vector. The inverse of the rest is then that of the metric of the plane or line of
+// the joints that are left (see CornerMetric), and the absent ones' stress multiplies zero.
+CornerTable::CornerTable(const GeneralCell &cell, unsigned joints, const CornerModuli &moduli) :
+    present(joints)
 {
+  double metric[pairs];
+  for (int p = 0; p < pairs; ++p) {
+    const int s = pair.slot[p][0], t = pair.slot[p][1];
+    const bool both = present >> s & present >> t & 1u;
+    metric[p] = both ? cell.dX[s].dot(cell.dX[t]) : (s == t ? 1.0 : 0.0);
+  }
   const Laws laws(moduli);
-  const double mu = moduli.mu;
-
-  // Covariant metric and Green strain E_ab = (y_a.y_b - M_a.M_b)/2 of all pairs of slots that meet
-  // at a corner, the strain by displacements so that nothing cancels when it is small.
-  Vec3 current[6];
-  bool there[6];
-  double metric[6][6], strain[6][6];
-  for (int s = 0; s < 6; ++s) {
-    there[s] = present >> s & 1u;
-    current[s] = there[s] ? y[s] : Vec3(Vec3::Zero());
+  double G[6][C];
+  for (int c = 0; c < C; ++c) {
+    for (int j = 0; j < 6; ++j) G[j][c] = metric[pair.at[j][c]];
+    int there = 0;
+    for (int a = 0; a < 3; ++a) there += present >> corner_slot(c, a) & 1u;
+    lambda[c] = laws.lambda[there];
+    volume[c] = corner_volume(cell, c);
   }
-  for (int s = 0; s < 6; ++s)
-    for (int t = s; t < 6; ++t) {
-      if (t == (s ^ 1)) continue;
-      const bool both = there[s] && there[t];
-      const Vec3 &Ms = cell.dX[s], &Mt = cell.dX[t];
-      const Vec3 us = current[s] - Ms, ut = current[t] - Mt;
-      metric[s][t] = both ? Ms.dot(Mt) : (s == t ? 1.0 : 0.0);
-      strain[s][t] = both ? 0.25 * (us.dot(current[t] + Mt) + ut.dot(current[s] + Ms)) : 0.0;
-    }
-
-  double G[6][C], E[6][C], S[6][C], lambda[C], w[C], energy[C], inverse[6][C];
-  for (int corner = 0; corner < C; ++corner) {
-    for (int j = 0; j < 6; ++j) {
-      const int s = corner_slot(corner, row[j]), t = corner_slot(corner, column[j]);
-      G[j][corner] = metric[s][t];
-      E[j][corner] = strain[s][t];
-    }
-    int joints = 0;
-    for (int a = 0; a < 3; ++a) joints += there[corner_slot(corner, a)];
-    lambda[corner] = laws.lambda[joints];
-    w[corner] = corner_volume(cell, corner);
-  }
-
   for (int c = 0; c < C; ++c) {
     const double xx = G[0][c], yy = G[1][c], zz = G[2][c], xy = G[3][c], xz = G[4][c], yz = G[5][c];
     const double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
     const double f = 1.0 / (xx * cxx + xy * cxy + xz * cxz);
-    const double gxx = f * cxx, gyy = f * (xx * zz - xz * xz);
-    const double gzz = f * (xx * yy - xy * xy);
-    const double gxy = f * cxy, gxz = f * cxz, gyz = f * (xy * xz - xx * yz);
-    inverse[0][c] = gxx;
-    inverse[1][c] = gyy;
-    inverse[2][c] = gzz;
-    inverse[3][c] = gxy;
-    inverse[4][c] = gxz;
-    inverse[5][c] = gyz;
+    inverse[0][c] = f * cxx;
+    inverse[1][c] = f * (xx * zz - xz * xz);
+    inverse[2][c] = f * (xx * yy - xy * xy);
+    inverse[3][c] = f * cxy;
+    inverse[4][c] = f * cxz;
+    inverse[5][c] = f * (xy * xz - xx * yz);
+  }
+
+  const SelectiveShear selective(cell);
+  if (!selective.any()) return;
+  ShearTerm list[3];
+  terms = selective.terms(cell, present, moduli, inverse, volume, list);
+  for (int k = 0; k < terms; ++k) {
+    scale[k] = list[k].scale;
+    std::fill_n(shear[k], pairs, 0.0);
+    for (int j = 0; j < 6; ++j)
+      for (int c = 0; c < C; ++c) shear[k][pair.at[j][c]] += list[k].S[j][c];
+  }
+}
+
+double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned present,
+                             const CornerModuli &moduli, Vec3 half_force[6])
+{
+  return corner_strain_general(cell, CornerTable(cell, present, moduli), y, moduli, half_force);
+}
+
+// The eight corners side by side.
+double corner_strain_general(const GeneralCell &cell, const CornerTable &table, const Vec3 y[6],
+                             const CornerModuli &moduli, Vec3 half_force[6])
+{
+  const double mu = moduli.mu;
+  constexpr int pairs = CornerTable::pairs;
+
+  // Green strain E_ab = (y_a.y_b - M_a.M_b)/2 of all pairs, by displacements so that nothing cancels when it is small.
+  Vec3 current[6], moved[6], both[6];
+  for (int s = 0; s < 6; ++s) {
+    const Vec3 &M = cell.dX[s];
+    const bool there = table.present >> s & 1u;
+    current[s] = there ? y[s] : Vec3(Vec3::Zero());
+    moved[s] = there ? y[s] - M : Vec3(Vec3::Zero());
+    both[s] = there ? y[s] + M : Vec3(Vec3::Zero());
+  }
+  double strain[pairs], sum[pairs] = {};    // S^ab times volume, summed over the corners
+  for (int p = 0; p < pairs; ++p) {
+    const int s = pair.slot[p][0], t = pair.slot[p][1];
+    strain[p] = 0.25 * (moved[s].dot(both[t]) + moved[t].dot(both[s]));
+  }
+  double total = 0.0;
+  for (int k = 0; k < table.terms; ++k) {
+    double normal = 0.0, shear = 0.0;
+    for (int p = 0; p < 6; ++p) normal += table.shear[k][p] * strain[p];
+    for (int p = 6; p < pairs; ++p) shear += table.shear[k][p] * strain[p];
+    const double all = normal + 2.0 * shear, e = table.scale[k] * all;
+    total -= 0.5 * e * all;
+    for (int p = 0; p < pairs; ++p) sum[p] -= e * table.shear[k][p];
+  }
+
+  double E[6][C], S[6][C], energy[C];
+  for (int j = 0; j < 6; ++j)
+    for (int c = 0; c < C; ++c) E[j][c] = strain[pair.at[j][c]];
+  for (int c = 0; c < C; ++c) {
+    const double gxx = table.inverse[0][c], gyy = table.inverse[1][c], gzz = table.inverse[2][c];
+    const double gxy = table.inverse[3][c], gxz = table.inverse[4][c], gyz = table.inverse[5][c];
 
     // mixed components G^ac E_cb, then S^ab = lambda_e G^ab tr E + 2 mu G^ac E_cd G^db
     const double exx = E[0][c], eyy = E[1][c], ezz = E[2][c], exy = E[3][c], exz = E[4][c];
@@ -132,8 +177,8 @@ double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned 
     const double azx = gxz * exx + gyz * exy + gzz * exz;
     const double azy = gxz * exy + gyz * eyy + gzz * eyz;
     const double azz = gxz * exz + gyz * eyz + gzz * ezz;
-    const double trace = axx + ayy + azz;
-    const double p = w[c] * lambda[c] * trace, q = 2.0 * mu * w[c];
+    const double trace = axx + ayy + azz, w = table.volume[c];
+    const double p = w * table.lambda[c] * trace, q = 2.0 * mu * w;
     S[0][c] = p * gxx + q * (axx * gxx + axy * gxy + axz * gxz);
     S[1][c] = p * gyy + q * (ayx * gxy + ayy * gyy + ayz * gyz);
     S[2][c] = p * gzz + q * (azx * gxz + azy * gyz + azz * gzz);
@@ -143,12 +188,17 @@ double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned 
     energy[c] = 0.5 * p * trace +
         0.5 * q * (axx * axx + ayy * ayy + azz * azz + 2.0 * (axy * ayx + axz * azx + ayz * azy));
   }
-
-  double total = 0.0;
-  const SelectiveShear selective(cell);
-  if (selective.any()) total = selective.add(cell, present, moduli, inverse, E, w, S);
-  add_corner_forces(S, current, half_force);
   for (double e : energy) total += e;
+
+  // f_a = w sum_b S^ab y_b, summed over the corners
+  for (int c = 0; c < C; ++c)
+    for (int j = 0; j < 6; ++j) sum[pair.at[j][c]] += S[j][c];
+  for (int s = 0; s < 6; ++s) half_force[s] = sum[s] * current[s];
+  for (int p = 6; p < pairs; ++p) {
+    const int s = pair.slot[p][0], t = pair.slot[p][1];
+    half_force[s] += sum[p] * current[t];
+    half_force[t] += sum[p] * current[s];
+  }
   return total;
 }
 

@@ -68,7 +68,7 @@ namespace {
                            const double w[8], Mat3 stress[8])
   {
     constexpr int at[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
-    double inverse[6][8] = {}, E[6][8] = {}, S[6][8] = {};
+    double inverse[6][8] = {}, E[6][8] = {};
     for (int corner = 0; corner < 8; ++corner) {
       const CornerMetric m(cell, present, corner);
       for (int a = 0; a < 3; ++a) inverse[a][corner] = 1.0;
@@ -81,14 +81,19 @@ namespace {
               0.25 * (us.dot(y[t] + cell.dX[t]) + ut.dot(y[s] + cell.dX[s]));
         }
     }
-    selective.add(cell, present, moduli, inverse, E, w, S);
-    for (int corner = 0; corner < 8; ++corner)
-      for (int a = 0; a < 3; ++a)
-        for (int b = 0; b < 3; ++b) {
-          const int s = corner_slot(corner, a), t = corner_slot(corner, b);
-          if (present >> s & present >> t & 1u)
-            stress[corner] += S[at[a][b]][corner] * cell.dX[s] * cell.dX[t].transpose();
-        }
+    ShearTerm terms[3];
+    const int n = selective.terms(cell, present, moduli, inverse, w, terms);
+    for (int k = 0; k < n; ++k) {
+      const double e = terms[k].scale * terms[k].of(E);
+      for (int corner = 0; corner < 8; ++corner)
+        for (int a = 0; a < 3; ++a)
+          for (int b = 0; b < 3; ++b) {
+            const int s = corner_slot(corner, a), t = corner_slot(corner, b);
+            if (present >> s & present >> t & 1u)
+              stress[corner] -=
+                  e * terms[k].S[at[a][b]][corner] * cell.dX[s] * cell.dX[t].transpose();
+          }
+    }
   }
 
 }    // namespace

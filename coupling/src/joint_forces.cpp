@@ -25,8 +25,9 @@ void JointStates::half_forces(bool each_alone)
                                   reinterpret_cast<const double(*)[6]>(jt.half.data()),
                                   jt.material.data(),
                                   jt.free.data()};
-  corner_half_forces(lattice, jt.nde, jt.cell.data(), particles.x, jt.tie_point.data(),
-                     laws.moduli.data(), each_alone,
+  jt.corners.resize(jt.cell.size());
+  corner_half_forces(lattice, jt.nde, jt.cell.data(), jt.corners.data(), particles.x,
+                     jt.tie_point.data(), laws.moduli.data(), each_alone,
                      reinterpret_cast<double(*)[6][3]>(jt.half_force.data()), jt.energy.data());
 }
 

@@ -19,8 +19,9 @@ void tie_points(int n, const int (*node)[4], const TieSpot *spot, const double *
 }
 
 void corner_half_forces(const OrthogonalLattice &lattice, int n, const GeneralCell *cell,
-                        const double *x, const double *points, const CornerModuli *table,
-                        bool each_alone, double (*half_force)[6][3], double *energy)
+                        CornerTable *kept, const double *x, const double *points,
+                        const CornerModuli *table, bool each_alone, double (*half_force)[6][3],
+                        double *energy)
 {
   if (lattice.n > 0)
     corner_strain_orthogonal(lattice, x, points, table, half_force, energy, each_alone);
@@ -32,8 +33,11 @@ void corner_half_forces(const OrthogonalLattice &lattice, int n, const GeneralCe
       const double *p = nb >= 0 ? x + 3 * nb : points + 3 * ~nb;
       y[s] = Vec3(p[0] - xi[0], p[1] - xi[1], p[2] - xi[2]);
     }
-    energy[d] = corner_strain_general(cell[d - lattice.n], y, lattice.present[d],
-                                      table[lattice.material[d]], hf);
+    const GeneralCell &c = cell[d - lattice.n];
+    const CornerModuli &moduli = table[lattice.material[d]];
+    CornerTable &of_cell = kept[d - lattice.n];
+    if (of_cell.present != lattice.present[d]) of_cell = CornerTable(c, lattice.present[d], moduli);
+    energy[d] = corner_strain_general(c, of_cell, y, moduli, hf);
     for (int s = 0; s < 6; s++)
       for (int k = 0; k < 3; k++) half_force[d][s][k] = hf[s][k];
   }

@@ -26,6 +26,7 @@ void JointTable::clear()
   material.clear();
   free.clear();
   cell.clear();
+  corners.clear();
   stress_free.clear();
   half_force.clear();
   energy.clear();

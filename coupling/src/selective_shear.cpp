@@ -41,20 +41,7 @@ namespace {
     Corners a[3], b[3];    ///< covariant components of the two vectors
     Corners stress[6];     ///< contravariant: derivative of psi at T
 
-    /// Sum over the corners of weight times the energy's inner product with a covariant strain.
-    double times(const Corners E[6], const Corners &weight) const
-    {
-      Corners result;
-      for (int p = 0; p < P; ++p) {
-        Pack normal = stress[0].of[p] * E[0].of[p], shear = stress[3].of[p] * E[3].of[p];
-        for (int j = 1; j < 3; ++j) {
-          normal += stress[j].of[p] * E[j].of[p];
-          shear += stress[3 + j].of[p] * E[3 + j].of[p];
-        }
-        result.of[p] = weight.of[p] * (normal + 2.0 * shear);
-      }
-      return result.sum();
-    }
+    /// Sum over the corners of weight times the energy's inner product.
     double times(const ShearTensor &other, const Corners &weight) const
     {
       Corners result;
@@ -138,7 +125,7 @@ SelectiveShear::SelectiveShear(const GeneralCell &cell)
 }
 
 /// f, and 1 - s, or what takes its place where one side is missing.
-double SelectiveShear::weights(const Term &t, const GeneralCell &cell, unsigned present,
+double SelectiveShear::weights(const Pair &t, const GeneralCell &cell, unsigned present,
                                const double w[8], double f[8]) const
 {
   const int slot[2] = {2 * t.along, 2 * t.along + 1};
@@ -163,9 +150,19 @@ double SelectiveShear::weights(const Term &t, const GeneralCell &cell, unsigned 
   return free ? 0.0 : t.drop * (1.0 - left) / (1.0 - t.drop * left);
 }
 
-double SelectiveShear::add(const GeneralCell &cell, unsigned present, const CornerModuli &moduli,
-                           const double inverse[6][8], const double E[6][8], const double w[8],
-                           double S[6][8]) const
+double ShearTerm::of(const double E[6][8]) const
+{
+  double normal = 0.0, shear = 0.0;
+  for (int j = 0; j < 3; ++j)
+    for (int c = 0; c < C; ++c) {
+      normal += S[j][c] * E[j][c];
+      shear += S[3 + j][c] * E[3 + j][c];
+    }
+  return normal + 2.0 * shear;
+}
+
+int SelectiveShear::terms(const GeneralCell &cell, unsigned present, const CornerModuli &moduli,
+                          const double inverse[6][8], const double w[8], ShearTerm out[3]) const
 {
   double of_joints[4], lambda[C];
   for (int k = 0; k < 4; ++k) of_joints[k] = reduced_lambda(moduli, k);
@@ -174,11 +171,8 @@ double SelectiveShear::add(const GeneralCell &cell, unsigned present, const Corn
     for (int a = 0; a < 3; ++a) joints += present >> corner_slot(c, a) & 1u;
     lambda[c] = of_joints[joints];
   }
-  Corners metric[6], strain[6];
-  for (int j = 0; j < 6; ++j) {
-    metric[j] = Corners(inverse[j]);
-    strain[j] = Corners(E[j]);
-  }
+  Corners metric[6];
+  for (int j = 0; j < 6; ++j) metric[j] = Corners(inverse[j]);
   const Corners lambdas(lambda), volume(w);
   ShearTensor T[3];
   Corners f[3], weight;
@@ -200,20 +194,20 @@ double SelectiveShear::add(const GeneralCell &cell, unsigned present, const Corn
     }
   }
 
-  double energy = 0.0;
+  int count = 0;
   for (int k = 0; k < n; ++k) {
     if (drop[k] == 0.0) continue;
-    for (int p = 0; p < P; ++p) weight.of[p] = volume.of[p] * f[k].of[p];
-    const double difference = T[k].times(strain, weight);
-    const double e = drop[k] / (1.0 + others[k]) * difference / norm2[k];
-    energy -= 0.5 * e * difference;
-    for (int j = 0; j < 6; ++j)
-      for (int p = 0; p < P; ++p) {
-        const Pack less = e * weight.of[p] * T[k].stress[j].of[p];
-        for (int l = 0; l < simd::width; ++l) S[j][p * simd::width + l] -= less[l];
+    ShearTerm &t = out[count++];
+    t.scale = drop[k] / ((1.0 + others[k]) * norm2[k]);
+    for (int p = 0; p < P; ++p) {
+      const Pack wf = volume.of[p] * f[k].of[p];
+      for (int j = 0; j < 6; ++j) {
+        const Pack s = wf * T[k].stress[j].of[p];
+        for (int l = 0; l < simd::width; ++l) t.S[j][p * simd::width + l] = s[l];
       }
+    }
   }
-  return energy;
+  return count;
 }
 
 }    // namespace defe

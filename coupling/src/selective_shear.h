@@ -24,31 +24,39 @@ inline double shear_to_drop(double ratio2)
   return ratio2 < cube_from * cube_from ? 1.0 - ratio2 : 0.0;
 }
 
+/// Of one pair of axes: the energy is less by scale/2 of the square of sum S : E over the corners, E the covariant strain, and
+/// their contravariant stress times volume by scale times that sum times S. Order xx yy zz xy xz yz of the joints at a corner, then
+/// the corner.
+struct ShearTerm {
+  double S[6][8];
+  double scale;    ///< 1/energy
+
+  /// Sum of S : E over the corners.
+  double of(const double E[6][8]) const;
+};
+
 class SelectiveShear {
  public:
   explicit SelectiveShear(const GeneralCell &);
 
   bool any() const { return n > 0; }
 
-  /// All arrays: order xx yy zz xy xz yz of the joints at a corner, then the corner.
-  /// \param inverse, E  inverse metric and covariant strain; of absent joints 1 and 0
-  /// \param w           volumes of the corners
-  /// \param S           contravariant stress times volume; this adds to it
-  /// \return energy to be added, never above 0
-  double add(const GeneralCell &, unsigned present, const CornerModuli &,
-             const double inverse[6][8], const double E[6][8], const double w[8],
-             double S[6][8]) const;
+  /// \param inverse  inverse metric at the corners in the order of ShearTerm; of absent joints 1 and 0
+  /// \param w        volumes of the corners
+  /// \return number of terms
+  int terms(const GeneralCell &, unsigned present, const CornerModuli &, const double inverse[6][8],
+            const double w[8], ShearTerm out[3]) const;
 
  private:
-  struct Term {
+  struct Pair {
     int along, across;    ///< axes of the cell
     Vec3 a, b;            ///< dual vectors, of any length
     double drop;          ///< 1 - s
   };
   int n = 0;
-  Term list[3];
+  Pair list[3];
 
-  double weights(const Term &, const GeneralCell &, unsigned present, const double w[8],
+  double weights(const Pair &, const GeneralCell &, unsigned present, const double w[8],
                  double f[8]) const;
 };
 

@@ -111,6 +111,25 @@ struct GeneralCell {
 /// (fe/prestress.h). Uniform in the cell, so that all joints at the placed lengths carry exactly that stress.
 GeneralCell stress_free_cell(const GeneralCell &placed, const Mat3 &map);
 
+/// What the corners of one DE in any hexahedron need to know of its cell as long as it has these joints: made once, used in many steps.
+/// Plain data, 1 kB. Order of components: xx yy zz xy xz yz of the three joints at a corner, by the axes they are on.
+struct CornerTable {
+  /// Pairs of slots that meet at a corner: each slot with itself, then those of two axes.
+  static constexpr int pairs = 18;
+  static constexpr unsigned nothing = ~0u;
+
+  unsigned present = nothing;    ///< joints that it is of
+  int terms = 0;                 ///< of selective shear; 0 in cubes
+  double inverse[6][8];    ///< of the metric of the joints at a corner; of absent joints 1 and 0
+  double volume[8], lambda[8];    ///< of the corners
+  /// Selective shear (selective_shear.h), summed over corners: times the pairs' strains twice what it takes away is
+  /// scale times the square of it.
+  double shear[3][pairs], scale[3];
+
+  CornerTable() = default;
+  CornerTable(const GeneralCell &, unsigned present, const CornerModuli &);
+};
+
 /// Corners of one DE in any hexahedron.
 ///
 /// \param y           current joint vectors x_other - x_self; ignored where absent
@@ -118,6 +137,9 @@ GeneralCell stress_free_cell(const GeneralCell &placed, const Mat3 &map);
 /// \param half_force  as above; set for all six slots
 /// \return strain energy of the DE's own corners
 double corner_strain_general(const GeneralCell &cell, const Vec3 y[6], unsigned present,
+                             const CornerModuli &moduli, Vec3 half_force[6]);
+/// \param table  of this cell and these moduli
+double corner_strain_general(const GeneralCell &cell, const CornerTable &table, const Vec3 y[6],
                              const CornerModuli &moduli, Vec3 half_force[6]);
 
 /// Reference area vectors (outward) that go with the half forces: uniform stress sigma at small

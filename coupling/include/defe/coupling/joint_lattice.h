@@ -16,9 +16,11 @@ void tie_points(int n, const int (*node)[4], const TieSpot *, const double *x, d
 /// Half forces and energies of `n` DEs, of which the first lattice.n have orthogonal cells; its arrays are as long as
 /// all, and so are half_force and energy.
 /// \param cell  [n - lattice.n] of the others
+/// \param kept  [n - lattice.n] their tables, made anew here where joints are not those that they are of
 void corner_half_forces(const OrthogonalLattice &lattice, int n, const GeneralCell *cell,
-                        const double *x, const double *points, const CornerModuli *table,
-                        bool each_alone, double (*half_force)[6][3], double *energy);
+                        CornerTable *kept, const double *x, const double *points,
+                        const CornerModuli *table, bool each_alone, double (*half_force)[6][3],
+                        double *energy);
 
 /// Normal of the face that a joint crosses, turned as the DE's joints are (the rotation that fits them best).
 /// \param y       current joint vectors, of those that are present

@@ -68,8 +68,9 @@ struct JointTable {
   std::vector<unsigned char> present;         ///< bit per slot: acts in the corner strains
   std::vector<std::array<double, 6>> len, half;
   std::vector<unsigned char> material;
-  std::vector<unsigned char> free;    ///< bit per slot: GeneralCell::free
-  std::vector<GeneralCell> cell;      ///< of the DEs from `orthogonal` on
+  std::vector<unsigned char> free;     ///< bit per slot: GeneralCell::free
+  std::vector<GeneralCell> cell;       ///< of the DEs from `orthogonal` on
+  std::vector<CornerTable> corners;    ///< of these, as their joints were in the last step
   /// Of owned DEs: from reference positions to the stress-free shape that len, half and cell are of; empty if no
   /// body has a stress to begin with (fe/prestress.h).
   std::vector<Mat3> stress_free;
