@@ -39,8 +39,9 @@ def run(s):
         mesh.write(s.path(name + ".data"), 4, np.full(len(mesh.hex), "body"))
         dt = stable_step(E, NU, RHO, edge.min())
         steps = int(END / dt)
+        room = max(0.01, 3.0 * speed * END)    # splinters are faster than the ball
         s.lammps("in.pane", name, mesh=name + ".data", speed=speed, radius=RADIUS, off_x=0.13 * h, off_y=0.21 * h, thickness=THICKNESS, young=E, nu=NU, rho=RHO,
-                 sigma=SIGMA_T, gf=GF, start=start, dt=dt, steps=steps, every=max(1, steps // 60), skin=0.15 * h, **mesh.box())
+                 sigma=SIGMA_T, gf=GF, start=start, dt=dt, steps=steps, every=max(1, steps // 60), skin=0.15 * h, **mesh.box(room))
         s.path(name + ".data").unlink()
         return name, dt, Crack(s.path(name + ".events"), 0.0, h / 2)
 
