@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Measures the cracks of a flat plate under a ball from the event file of a run.
 
-cracks.py FOLDER [FOLDER ...]     events.txt and mesh.data of laminated_plate
+cracks.py FOLDER [FOLDER ...]               events.txt and mesh.data of laminated_plate
+cracks.py --rings PLOT FOLDER [FOLDER ...]  draws the cracks of the upper surface, with their mean radius in eight sectors
 
 A line per run. The analyse.py of laminated_plate puts the same into summary.json.
 """
@@ -54,7 +55,7 @@ def axes_to_diagonals(radii):
 def measure(folder):
     """The ball hits at x = y = 0."""
     events, z = defe.read_events(folder / "events.txt"), defe.read_mesh(folder / "mesh.data").nodes[:, 2]
-    radii = ring_radii(cuts(events, z.max() - LAYER, z.max()))
+    radii = ring_radii(upper_surface(folder))
 
     def number(x, digits):
         return None if math.isnan(x) else round(float(x), digits)
@@ -66,12 +67,36 @@ def measure(folder):
     }
 
 
+def upper_surface(folder):
+    """Cuts there, from the event file of a run."""
+    events, z = defe.read_events(folder / "events.txt"), defe.read_mesh(folder / "mesh.data").nodes[:, 2]
+    return cuts(events, z.max() - LAYER, z.max())
+
+
+def draw_rings(path, folders):
+    plt = defe.plots.plotting()
+    figure, axes = plt.subplots(1, len(folders), figsize=(4.2 * len(folders), 4.6), squeeze=False, constrained_layout=True)
+    for axis, folder in zip(axes[0], map(Path, folders)):
+        soft = upper_surface(folder)
+        radii = ring_radii(soft)
+        points = axis.scatter(1e3 * soft.x[:, 0], 1e3 * soft.x[:, 1], c=1e6 * soft.time, s=2, linewidths=0)
+        for k, radius in enumerate(radii):
+            angle = np.radians(45 * k + np.linspace(-20, 20, 20))
+            axis.plot(1e3 * radius * np.cos(angle), 1e3 * radius * np.sin(angle), "k:", linewidth=1)
+        axis.set(aspect="equal", xlim=(-26, 26), ylim=(-26, 26), xlabel="mm", title=f"{folder.name}\naxes to diagonals {axes_to_diagonals(radii):.2f}")
+    figure.colorbar(points, ax=axes[0, -1], label="begins to soften (us)")
+    figure.savefig(path, dpi=100)
+    plt.close(figure)
+
+
 def main(folders):
+    if folders[0] == "--rings":
+        return draw_rings(Path(folders[1]), folders[2:])
     for name in folders:
         print(name, " ".join(f"{k} {v}" for k, v in measure(Path(name)).items()))
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 2:
+    if len(sys.argv) < (4 if "--rings" in sys.argv else 2):
         sys.exit(__doc__)
     defe.summary.main(main, sys.argv[1:])

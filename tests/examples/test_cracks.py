@@ -2,8 +2,10 @@
 
 import math
 import sys
+import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 
@@ -57,6 +59,11 @@ class Cracks(unittest.TestCase):
         self.assertAlmostEqual(cracks.axes_to_diagonals(circle), 1.0)
         nan = math.nan    # sectors without a ring are left out, if there are not too many
         self.assertAlmostEqual(cracks.axes_to_diagonals([nan, 10.0, 12.0, 11.0, 14.0, 9.0, 13.0, 10.0]), 1.3)
+        with tempfile.TemporaryDirectory() as folder:
+            plot = Path(folder) / "rings.png"
+            with mock.patch.object(cracks, "upper_surface", lambda _: cuts(ring(lambda a: 12.0), 5.0, 6.0)):
+                cracks.main(["--rings", str(plot), "one", "other"])
+            self.assertEqual(plot.read_bytes()[:4], b"\x89PNG")
         self.assertTrue(math.isnan(cracks.axes_to_diagonals([nan, 10.0, nan, 11.0, 14.0, 9.0, 13.0, 10.0])))
         self.assertTrue(all(math.isnan(r) for r in cracks.ring_radii(cuts([], 5.0, 6.0))))
 
