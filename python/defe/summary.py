@@ -4,7 +4,10 @@ import json
 import os
 import sys
 
+from . import plots
 from .errors import InputError, at, text_of
+from .events import read_events
+from .logs import read_log
 from .tables import energy_rise
 
 
@@ -58,6 +61,19 @@ def closing_line(folder, summary):
     crack += [f"{broken} joints broken"] if broken is not None else []
     print(f"\n{', '.join(crack)}{'; ' if crack else ''}loop time {summary['loop_seconds']:.2f} s on {summary['ranks']} rank(s); "
           f"{', '.join(there)} in {os.path.relpath(folder)}")
+
+
+def finish(folder, title):
+    """What a run that wrote events.txt and log.lammps into the folder leaves there: timeline.png (with matplotlib), summary.json,
+    and the closing line. Returns the summary."""
+    events, log = read_events(folder / "events.txt"), read_log(folder / "log.lammps")
+    if plots.available():
+        plots.timeline(folder / "timeline.png", title, events)
+    summary = {"first_damage_s": events.first("cohesive"), "elements_converted": len(events.of("convert")),
+               "joints_broken": len(events.of("broken")), "loop_seconds": log.seconds, "ranks": log.ranks}
+    write_json(folder / "summary.json", summary)
+    closing_line(folder, summary)
+    return summary
 
 
 def main(function, *arguments):

@@ -64,6 +64,8 @@ class Lammps(unittest.TestCase):
         text = (SOURCE / "examples" / "python" / "arch.py").read_text()
         hidden = 'defe.plots.available = lambda: False\n\n\ndef main('
         self.assertEqual(text.count("def main("), 1)
+        self.assertLessEqual(len(text.splitlines()), 40)    # so says Howto_defe
+        self.assertLess(max(map(len, text.splitlines())), 80)
         (self.folder / "short.py").write_text(text.replace("def main(", hidden).replace("pieces=12, steps=200", "pieces=2, steps=5"))
         shutil.copy(SOURCE / "examples" / "python" / "in.arch", self.folder)
         said = self.python("short.py", "out").strip().splitlines()
