@@ -405,7 +405,8 @@ JointView JointStates::view(int ds) const
 {
   const int d = ds / 6, s = ds % 6;
   const JointRecord &slot = jt.record(ds);
-  const bool tie = slot.kind == joint::TIE;
+  const bool tie = slot.kind == joint::TIE, place = jt.is_tied(d, s);
+  const double share = place ? jt.share_of_place(d, s) : 1.0;
   const Vec3 xi = particles.position(jt.self[d]);
   JointView v;
   Vec3 y;
@@ -414,6 +415,13 @@ JointView JointStates::view(int ds) const
     y = point.y();
     v.normal = point.normal();
     v.point = xi + y;
+  } else if (place) {
+    y = -xi;
+    jt.for_place(jt.nb[d][s], [&](int i, double weight) {
+      y += weight * particles.position(i);
+    });
+    v.normal = face_normal(d, s, y.normalized());
+    v.point = xi + share * y;
   } else {
     y = particles.position(jt.nb[d][s]) - xi;
     v.normal = y.normalized();
@@ -425,6 +433,11 @@ JointView JointStates::view(int ds) const
     v.t_n = t.dot(v.normal);
     v.t_s = (t - v.t_n * v.normal).norm();
   };
+
+  if (place) {    // the force is that on the share of the area
+    set_traction(Vec3(&jt.half_force[d][3 * s]) / (share * slot.area));
+    return v;
+  }
 
   if (slot.state == joint::CONNECTIVE) {
     Vec3 force(&jt.half_force[d][3 * s]);

@@ -80,11 +80,12 @@ void ComputeDefeJointLocal::init()
 }
 
 /* ----------------------------------------------------------------------
-   joints by the rank of the lower ID, ties by that of the DE
+   joints by the rank of the lower ID, ties and joints to tied surfaces by that of the DE
 ------------------------------------------------------------------------- */
 
 bool ComputeDefeJointLocal::counts(int d, int s) const
 {
+  if (sys->joints.is_tied(d, s)) return true;
   const JointSlot &slot = sys->joints.rec[d]->slot[s];
   if (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT) return false;
   if (slot.kind == DefeJoint::TIE) return true;
@@ -111,8 +112,10 @@ void ComputeDefeJointLocal::compute_local()
       if (!counts(d, s)) continue;
       defe::JointView view;
       if (views) view = pair->view(d, s);
+      const bool tied = sys->joints.is_tied(d, s);
       for (int c = 0; c < ncol; c++) {
-        const double value = value_of(what[c], d, s, view);
+        const double value = tied ? value_of_tied(what[c], d, s, view)
+                                  : value_of(what[c], d, s, view);
         if (ncol == 1)
           vector_local[n] = value;
         else
@@ -179,6 +182,32 @@ double ComputeDefeJointLocal::value_of(Quantity q, int d, int s, const defe::Joi
       return jt.len[d][s];
   }
   return 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   of a joint to a tied surface: what differs, since no record is of it
+------------------------------------------------------------------------- */
+
+double ComputeDefeJointLocal::value_of_tied(Quantity q, int d, int s,
+                                            const defe::JointView &view) const
+{
+  const auto &jt = sys->joints;
+  switch (q) {
+    case ID2:
+      return static_cast<double>(sys->tied_des.main_piece(jt.self[d], s).other);
+    case ATOM2:
+      return static_cast<double>(sys->tied_des.main_piece(jt.self[d], s).main_end());
+    case KIND:
+      return DefeJoint::PLACE;
+    case STATE:
+      return DefeJoint::CONNECTIVE;
+    case AREA:
+      return jt.share_of_place(d, s) * jt.rec[d]->slot[s].area;
+    case LENGTH0:
+      return jt.cell[d - jt.orthogonal].dX[s].norm();
+    default:
+      return value_of(q, d, s, view);
+  }
 }
 
 int ComputeDefeJointLocal::pack_forward_comm(int n, int *list, double *buf, int, int *)

@@ -62,6 +62,7 @@ class ComputeDefeJointLocal : public Compute {
   bool counts(int d, int s) const;
   void grow(int n);
   double value_of(Quantity, int d, int s, const defe::JointView &) const;
+  double value_of_tied(Quantity, int d, int s, const defe::JointView &) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -252,6 +252,17 @@ double DefeTiedDEs::contact_distance(int d, int part) const
   return nearest;
 }
 
+const DefeTiedPiece &DefeTiedDEs::main_piece(int i, int slot) const
+{
+  const auto first = std::find_if(of[i]->cbegin(), of[i]->cend(), [slot](const DefeTiedPiece &p) {
+    return p.slot == slot;
+  });
+  return *std::max_element(first, end_of_slot(first, of[i]->cend()),
+                           [](const DefeTiedPiece &p, const DefeTiedPiece &q) {
+                             return p.of.area < q.of.area;
+                           });
+}
+
 /* ----------------------------------------------------------------------
    as a field of the store
 ------------------------------------------------------------------------- */

@@ -12,6 +12,7 @@
 
 #include "defe/coupling/tied_quarters.h"
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <utility>
@@ -36,6 +37,12 @@ struct DefeTiedPiece {
   double offset[3];    // of a DE: what its joint is longer by in the reference configuration
   int place, slot;     // of the DE in its element, and its face
   int other_face, other_part;
+
+  /** Node, or DE, that weighs most. */
+  tagint main_end() const
+  {
+    return end[std::max_element(of.weight.begin(), of.weight.end()) - of.weight.begin()];
+  }
 };
 
 /** Tied surfaces of elements that become DEs (tied_quarters.h). What quarters have in common is found once, with the mesh;
@@ -84,6 +91,8 @@ class DefeTiedDEs : protected DefeComponent, public DefeListField<DefeTiedPiece>
   double contact_distance(int d, int part) const;
   /** All that it is tied to. */
   const List *of_de(int i) const { return on_ ? of[i].get() : nullptr; }
+  /** Of what this slot of a DE is tied to, what has the largest area. */
+  const DefeTiedPiece &main_piece(int i, int slot) const;
 
   // ---- by atom ----
 

@@ -401,12 +401,13 @@ void DefeVtkJoints::collect(Region *region, VtkGrid &grid)
   std::vector<const double *> mine;
   for (int r = 0; r < compute(0).size_local_rows; r++)
     if (!region || region->match(rows[r][0], rows[r][1], rows[r][2])) mine.push_back(rows[r]);
-  std::sort(mine.begin(), mine.end(), [](const double *a, const double *b) {
+  // stable: a surface may tie two faces of a DE to one element
+  std::stable_sort(mine.begin(), mine.end(), [](const double *a, const double *b) {
     return std::tie(a[ID1], a[ID2], a[KIND]) < std::tie(b[ID1], b[ID2], b[KIND]);
   });
   for (const double *row : mine) {
     const int i = atom->map(static_cast<tagint>(row[ID1]));
-    const double *end = row;    // of a tie: the point on the face
+    const double *end = row;    // of a tie and at a tied surface: the point on the face
     if (static_cast<int>(row[KIND]) == DefeJoint::DE)
       end = atom->x[domain->closest_image(i, atom->map(static_cast<tagint>(row[ID2])))];
     double from[3], to[3];

@@ -129,7 +129,8 @@ class DefeVtkSpheres : public DefeVtkKind {
   void add_values(int i, defe::VtkGrid &) const;
 };
 
-/** Joints and ties that are not broken, as lines from a DE to the other one or to the point on the face. */
+/** Joints and ties that are not broken, and joints to tied surfaces, as lines from a DE to the other one or to the point on
+    the face. */
 class DefeVtkJoints : public DefeVtkKind {
  public:
   using DefeVtkKind::DefeVtkKind;

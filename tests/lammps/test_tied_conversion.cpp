@@ -9,6 +9,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 using namespace defe::test;
 using namespace defe::test::tied;
@@ -19,40 +22,6 @@ using testing::IsEmpty;
 
 namespace {
 
-const std::string strong = "cohesive 1e12 1e6 0.1", weak = "cohesive 60e6 0.5 0.1";
-
-std::string converting(const std::string &part, const std::string &more = "")
-{
-  return " convert " + part + " 20e6 type 2 group particles" + more;
-}
-const std::string glued = " tied low high check yes";
-
-std::string pair_lines(const std::string &law)
-{
-  return "pair_style defe/joint\npair_coeff 2 2 connective material " + law + " contact 0.9 0.2\n";
-}
-
-/// Before the mesh.
-std::string head(const std::string &options, const std::string &law,
-                 const std::string &boundary = "f f f")
-{
-  std::string text = before_mesh(options);
-  text.replace(text.find("f f f"), 5, boundary);
-  text.replace(text.find("pair_style"), text.find("fix fe") - text.find("pair_style"),
-               pair_lines(law) + "group particles empty\n");
-  return text;
-}
-
-const std::string moving = motion + "timestep 1e-8\nfix move2 particles nve/sphere\n";
-
-std::string blocks(int n, int m, const Mat3 &R, const std::string &options,
-                   const std::string &law = strong, MPI_Comm comm = MPI_COMM_WORLD,
-                   const std::string &file = "conversion.data")
-{
-  two_blocks(n, m, R).write(file, comm);
-  return head(options, law) + read_mesh(file) + moving;
-}
-
 /// One part is pulled away from the other, or both from each other.
 void pull(Lammps &lmp, bool both = false)
 {
@@ -60,6 +29,40 @@ void pull(Lammps &lmp, bool both = false)
     const double z = p.x[2] - L;
     p.v = Vec3(20.0, -30.0, (both || z > 0.0 ? 1.5e3 : 0.0) * z) + 0.05 * random_of(p.tag, 7);
   });
+}
+
+const std::string seen = "compute seen all defe/joint/local id1 id2 atom2 kind state part damage "
+                         "opening slip tn ts x y z nx ny nz area length length0\n";
+
+/// Of a joint to a tied surface.
+struct SeenRow {
+  tagint de, other, atom2;
+  int state, part;
+  double damage, opening, slip, tn, ts;
+  Vec3 point, normal;
+  double area, length, length0;
+  auto key() const { return std::tie(de, point[0], point[1], point[2]); }
+  bool operator<(const SeenRow &r) const { return key() < r.key(); }
+  bool operator==(const SeenRow &r) const
+  {
+    return key() == r.key() && other == r.other && atom2 == r.atom2 && state == r.state &&
+        part == r.part && tn == r.tn && ts == r.ts && normal == r.normal && area == r.area &&
+        length == r.length && length0 == r.length0;
+  }
+};
+
+/// Sorted.
+std::vector<SeenRow> seen_rows(Lammps &lmp)
+{
+  std::vector<SeenRow> rows;
+  for (const auto &v : lmp.local("seen"))
+    if (v[3] == 3.0)
+      rows.push_back({static_cast<tagint>(v[0]), static_cast<tagint>(v[1]),
+                      static_cast<tagint>(v[2]), static_cast<int>(v[4]), static_cast<int>(v[5]),
+                      v[6], v[7], v[8], v[9], v[10], Vec3(v[11], v[12], v[13]),
+                      Vec3(v[14], v[15], v[16]), v[17], v[18], v[19]});
+  std::sort(rows.begin(), rows.end());
+  return rows;
 }
 
 constexpr double lambda = E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), mu = 0.5 * E / (1.0 + nu);
@@ -146,6 +149,75 @@ TEST(TiedConversion, StaysGluedInMotion)
     }
 }
 
+// Joints to tied surfaces are seen by compute defe/joint/local, with the stress and the area of what is glued.
+TEST(TiedConversion, IsSeen)
+{
+  Mat3 S = Mat3::Zero();
+  S(2, 2) = 1e-3 * E;
+  const double green = S(2, 2) / E, nominal = std::sqrt(1.0 + 2.0 * green) * S(2, 2);
+  for (const std::string which : {"low", "high", "both"}) {
+    SCOPED_TRACE(which);
+    std::string options = "kernel lagrangian";
+    if (which != "high") options += converting("low");
+    if (which != "low") options += converting("high");
+    Lammps lmp;
+    lmp.commands(blocks(2, 3, Mat3::Identity(), options + glued) + "timestep 1e-15\n" + seen +
+                 "compute element all defe/atom element\n");
+    lmp.run(0);
+    EXPECT_TRUE(seen_rows(lmp).empty());
+    const auto before = lmp.particles();
+    const Vec3 F(std::sqrt(1.0 - 2.0 * nu * green), std::sqrt(1.0 - 2.0 * nu * green),
+                 std::sqrt(1.0 + 2.0 * green));
+    const double k = 2.0 * stiffness * (lambda + 2.0 * mu) / (L / 2 + L / 3);
+    const double glue = nominal / k;
+    lmp.change([&](Particle &p) {
+      p.x = F.cwiseProduct(p.x) + (p.tag > 27 ? glue : 0.0) * Vec3(0.0, 0.0, 1.0);
+    });
+    lmp.run(5);
+    const auto all = lmp.particles();
+    const auto element = lmp.per_atom("element");
+    double area[2] = {0.0, 0.0};
+    int count = 0;
+    for (const auto &r : seen_rows(lmp)) {
+      count++;
+      const bool upper = element.at(r.de) > 8.0;
+      area[upper] += r.area;
+      EXPECT_EQ(r.state, 0);
+      EXPECT_EQ(r.part, upper ? 3 : 2);    // the material is one, too
+      EXPECT_EQ(r.damage + r.opening + r.slip, 0.0);
+      EXPECT_NEAR(r.tn, nominal, 1e-6 * nominal);
+      EXPECT_LT(r.ts, 1e-6 * nominal);
+      EXPECT_LT((r.normal - Vec3(0.0, 0.0, upper ? -1.0 : 1.0)).norm(), 1e-9);
+      EXPECT_NEAR(r.length / r.length0, F[2], 1e-9);
+      // at the face, straight ahead of its DE
+      const Vec3 x = all.at(r.de).x;
+      EXPECT_GT(r.point[2], F[2] * L - 1e-12);
+      EXPECT_LT(r.point[2], F[2] * L + glue + 1e-12);
+      EXPECT_LT(std::hypot(r.point[0] - x[0], r.point[1] - x[1]), 1e-9);
+      // the element is one of the other part, at the surface, over or under the DE, at least with most of its quarter
+      const int m = upper ? 2 : 3, number = static_cast<int>(r.other) - (upper ? 1 : 9);
+      ASSERT_TRUE(number >= 0 && number < m * m * m);
+      EXPECT_EQ(number / (m * m), upper ? m - 1 : 0);
+      const double h = L / m, edge = L / (upper ? 12 : 8);
+      const double away[2] = {std::abs(x[0] / F[0] - (number % m + 0.5) * h),
+                              std::abs(x[1] / F[1] - (number / m % m + 0.5) * h)};
+      EXPECT_LT(std::max(away[0], away[1]), 0.5 * h + 0.5 * edge);
+      // what counts most is a node of it, or one of its DEs
+      if (element.at(r.atom2) > 0.0)
+        EXPECT_EQ(element.at(r.atom2), static_cast<double>(r.other));
+      else {
+        EXPECT_LT((before.at(r.atom2).x - x).head(2).cwiseAbs().maxCoeff(), h);
+        EXPECT_EQ(r.atom2 > 27, !upper);
+      }
+      EXPECT_EQ(element.at(r.atom2) > 0.0, which == "both");
+    }
+    EXPECT_EQ(count, which == "low" ? 16 : which == "high" ? 36 : 52);
+    EXPECT_NEAR(area[0] + area[1], L * L, 1e-9 * L * L);
+    if (which == "both") { EXPECT_NEAR(area[0], 0.6 * L * L, 1e-9 * L * L); }    // of 3 + 2
+    EXPECT_EQ(lmp.fe(TIES), 0.0);
+  }
+}
+
 // The same bits on any ranks, also where joints break.
 TEST(TiedConversion, SameOnAnyRanks)
 {
@@ -154,21 +226,27 @@ TEST(TiedConversion, SameOnAnyRanks)
         std::pair(strong, converting("low") + converting("high")),
         std::pair(weak, converting("low") + converting("high") + " contact 0.2")}) {
     SCOPED_TRACE(options + " " + law);
-    const auto run = [&, law = law, options = options](MPI_Comm comm, const std::string &file) {
+    const auto run = [&, law = law, options = options](MPI_Comm comm, const std::string &file,
+                                                       std::vector<SeenRow> &rows) {
       Lammps lmp(comm);
-      lmp.commands(blocks(2, 3, tilt(), options + glued + " reproducible yes", law, comm, file));
+      lmp.commands(blocks(2, 3, tilt(), options + glued + " reproducible yes", law, comm, file) +
+                   seen);
       lmp.change([](Particle &p) {
         const Vec3 n = tilt().col(2);
         p.v = 1.5e3 * (p.x.dot(n) - L) * n + 0.05 * random_of(p.tag, 7);
       });
       lmp.run(300);
       EXPECT_GT(lmp.fe(CONVERTED), 8.0);
+      rows = seen_rows(lmp);
       return lmp.particles();
     };
+    std::vector<SeenRow> one_seen, all_seen;
     const auto one = on_one_rank([&]() {
-      return run(MPI_COMM_SELF, "one.data");
+      return run(MPI_COMM_SELF, "one.data", one_seen);
     });
-    const auto several = run(MPI_COMM_WORLD, "all.data");
+    const auto several = run(MPI_COMM_WORLD, "all.data", all_seen);
+    EXPECT_GT(all_seen.size(), 16u);
+    if (rank_of(MPI_COMM_WORLD) == 0) { EXPECT_EQ(all_seen, one_seen); }
     EXPECT_EQ(several.size(), one.size());
     EXPECT_EQ(difference(several, one, &Particle::x), 0.0);
     EXPECT_EQ(difference(several, one, &Particle::v), 0.0);
@@ -185,11 +263,12 @@ TEST(TiedConversion, RestartsGoOn)
       SCOPED_TRACE(std::to_string(steps) + ": " + std::to_string(writers) + " " +
                    std::to_string(readers));
       Particles straight, again;
+      std::vector<SeenRow> straight_seen, again_seen;
       const std::string file = "conversion.restart";
       double converted[2] = {0.0, 0.0};
       on_ranks(writers, [&](MPI_Comm comm) {
         Lammps lmp(comm);
-        lmp.commands(blocks(2, 3, tilt(), options, weak, comm));
+        lmp.commands(blocks(2, 3, tilt(), options, weak, comm) + seen);
         lmp.change([](Particle &p) {
           const Vec3 n = tilt().col(2);
           p.v = 1.5e3 * (p.x.dot(n) - L) * n + 0.05 * random_of(p.tag, 7);
@@ -200,18 +279,22 @@ TEST(TiedConversion, RestartsGoOn)
         lmp.run(150);
         converted[1] = lmp.fe(CONVERTED);
         straight = lmp.particles();
+        straight_seen = seen_rows(lmp);
       });
       on_ranks(readers, [&](MPI_Comm comm) {
         Lammps lmp(comm);
         lmp.commands(script_head() + "read_restart " + file + "\n" + pair_lines(weak) +
-                     fix_of(options) + moving);
+                     fix_of(options) + moving + seen);
         lmp.run(150);
         again = lmp.particles();
+        again_seen = seen_rows(lmp);
       });
       if (straight.empty() || again.empty()) continue;    // a rank that did not run both
       EXPECT_LE(converted[0], converted[1] - (steps == 2 ? 1.0 : 0.0));
       EXPECT_GT(converted[1], 8.0);
       EXPECT_EQ(straight.size(), again.size());
+      EXPECT_GT(straight_seen.size(), 16u);
+      EXPECT_EQ(straight_seen, again_seen);
       EXPECT_EQ(difference(straight, again, &Particle::x), 0.0);
       EXPECT_EQ(difference(straight, again, &Particle::v), 0.0);
     }

@@ -6,6 +6,7 @@
 #include "cracking_beam.h"
 #include "failure.h"
 #include "programs.h"
+#include "tied_blocks.h"
 #include "vtk_file.h"
 
 #include <gmock/gmock.h>
@@ -269,6 +270,64 @@ TEST(Vtk, SameOnAnyRanksAndOverARestart)
   expect_near(spheres_of("ranks", end), spheres, "sphere");
   expect_near(joints_of("ranks", end), joints, "joint");
   MPI_Barrier(MPI_COMM_WORLD);
+}
+
+// DEs at a tied surface are joined to the other part by lines of kind 3, to the face: as the compute says, the same on any ranks
+// and over a restart.
+TEST(Vtk, TiedSurfaces)
+{
+  using namespace tied;
+  constexpr int middle = 120, end = 200;
+  const std::string options = converting("low") + converting("high") + glued + " contact 0.2";
+  const std::string seen =
+      "compute j all defe/joint/local id1 id2 kind state part damage opening slip tn ts area "
+      "length x y z\n";
+  const auto only_tied = [](const std::string &base) {
+    Values some;
+    for (const auto &v : joints_of(base, end))
+      if (v.second[0] == 3.0) some.insert(v);
+    return some;
+  };
+  const auto run = [&](MPI_Comm comm, const std::string &base) {
+    Lammps lmp(comm);
+    lmp.commands(blocks(2, 3, tilt(), options, weak, comm, base + ".data") + seen + vtk(base, 40));
+    lmp.change([](Particle &p) {
+      const Vec3 n = tilt().col(2);
+      p.v = 1.5e3 * (p.x.dot(n) - L) * n + 0.05 * random_of(p.tag, 7);
+    });
+    lmp.run(middle);
+    lmp.command("write_restart " + base + ".restart");
+    lmp.run(end - middle);
+    MPI_Barrier(comm);
+    const auto joints = only_tied(base);
+    EXPECT_GT(joints.size(), 16u);
+    const auto particles = lmp.particles();
+    size_t rows = 0;
+    for (const auto &row : lmp.local("j")) {
+      if (row[2] != 3.0) continue;
+      rows++;
+      const auto &v = joints.at({row[0], row[1]});
+      for (size_t k = 2; k < 12; k++) EXPECT_EQ(v[k - 2], row[k]) << row[0] << " " << row[1];
+      EXPECT_EQ(Vec3(&v[10]), particles.at(row[0]).x);
+      EXPECT_LT((Vec3(&v[13]) - Vec3(&row[12])).norm(), 1e-16);
+      EXPECT_LE((Vec3(&v[13]) - Vec3(&v[10])).norm(), row[11] * (1.0 + 1e-9));
+    }
+    EXPECT_EQ(rows, joints.size());
+    return particles;
+  };
+  run(MPI_COMM_WORLD, "glued");
+  on_one_rank([&] {
+    return run(MPI_COMM_SELF, "glued_one");
+  });
+  const auto all = only_tied("glued");
+  expect_near(all, only_tied("glued_one"), "joint to a tied surface");
+  MPI_Barrier(MPI_COMM_WORLD);
+  Lammps lmp;
+  lmp.commands(script_head() + "read_restart glued.restart\n" + pair_lines(weak) + fix_of(options) +
+               moving + vtk("glued", 40));
+  lmp.run(end - middle);
+  MPI_Barrier(MPI_COMM_WORLD);
+  expect_near(only_tied("glued"), all, "joint to a tied surface");
 }
 
 // A fresh run begins the series anew, and so does one that goes on under another name.

@@ -71,6 +71,42 @@ inline std::string script(const MeshFile &mesh, const std::string &options,
   return before_mesh(options) + read_mesh(file) + motion;
 }
 
+// Elements of them convert.
+
+inline const std::string strong = "cohesive 1e12 1e6 0.1", weak = "cohesive 60e6 0.5 0.1";
+
+inline std::string converting(const std::string &part, const std::string &more = "")
+{
+  return " convert " + part + " 20e6 type 2 group particles" + more;
+}
+inline const std::string glued = " tied low high check yes";
+
+inline std::string pair_lines(const std::string &law)
+{
+  return "pair_style defe/joint\npair_coeff 2 2 connective material " + law + " contact 0.9 0.2\n";
+}
+
+/// Before the mesh.
+inline std::string head(const std::string &options, const std::string &law,
+                        const std::string &boundary = "f f f")
+{
+  std::string text = before_mesh(options);
+  text.replace(text.find("f f f"), 5, boundary);
+  text.replace(text.find("pair_style"), text.find("fix fe") - text.find("pair_style"),
+               pair_lines(law) + "group particles empty\n");
+  return text;
+}
+
+inline const std::string moving = motion + "timestep 1e-8\nfix move2 particles nve/sphere\n";
+
+inline std::string blocks(int n, int m, const Mat3 &R, const std::string &options,
+                          const std::string &law = strong, MPI_Comm comm = MPI_COMM_WORLD,
+                          const std::string &file = "conversion.data")
+{
+  two_blocks(n, m, R).write(file, comm);
+  return head(options, law) + read_mesh(file) + moving;
+}
+
 }    // namespace defe::test::tied
 
 #endif

@@ -146,6 +146,9 @@ struct Tied {
       jt.cell[h.de].dX[h.slot] = dX;
       jt.cell[h.de].face[h.slot] = h.place.share * dX;
       jt.add_place(h.de, h.slot, h.ends, h.place.weight);
+      JointRecord &r = world.ranks[0]->records[6 * h.de + h.slot];
+      r.area = p.birth.area[h.slot];
+      for (int k = 0; k < 3; k++) r.normal[k] = p.birth.area_normal[h.slot][k] / r.area;
     }
     jt.tie_point.assign(3 * (jt.tie_node.size() + jt.places()) + 3, 0.0);
     world.ranks[0]->states->new_tables();
@@ -417,6 +420,51 @@ TEST(TiedQuarters, PatchTestBesideWhatHasNotConverted)
     EXPECT_LT(rest, 0.07) << n << " " << m;
     EXPECT_GT(rest, 0.05) << n << " " << m;
   }
+}
+
+// What is seen of them is the stress of the bodies, whatever has converted: traction P N, on areas that make up the whole face.
+TEST(TiedQuarters, AreSeenWithTheStressThatPasses)
+{
+  for (const auto &[n, m] : {std::pair(4, 4), std::pair(5, 3), std::pair(4, 6)})
+    for (const Mat3 &S : {uniaxial(), general()}) {
+      SCOPED_TRACE(std::to_string(n) + " on " + std::to_string(m));
+      const Shape s{n, m, tilt()};
+      Tied below(s, all, none), above(s, none, all), both(s, all, all);
+      for (Tied *g : {&below, &above, &both}) {
+        residual(*g, S, inside);
+        const Mat3 R = g->shape.R;
+        Mat3 U = Mat3::Identity() + 2.0 * strain_of(S);
+        U = Eigen::SelfAdjointEigenSolver<Mat3>(U).operatorSqrt();
+        const double glue = 1.0001 * S.col(2).norm() / g->stiffness;
+        const Vec3 t = R * R * U * S.col(2);    // of the lower body's surface
+        double area = 0.0;
+        int seen = 0;
+        for (const auto &h : g->holds) {
+          const auto v = g->world.ranks[0]->states->view(6 * h.de + h.slot);
+          const double sign = g->is_upper(g->nodes() + h.de) ? -1.0 : 1.0;
+          const Vec3 normal = sign * R * R.col(2);
+          const double share = g->world.ranks[0]->jt.share_of_place(h.de, h.slot);
+          EXPECT_NEAR(share, h.place.share, 1e-12);
+          area += share * g->de(h.de).birth.area[h.slot];
+          EXPECT_EQ(v.damage + v.opening + v.slip, 0.0);
+          EXPECT_GT(v.normal.dot(normal), 1.0 - 1e-5);
+          // the face is where it was, but for the strain of what is between it and the DEs
+          EXPECT_LT(std::abs((U.inverse() * R.transpose() * R.transpose() * v.point)[2]), glue);
+          const Vec3 X = g->home(g->nodes() + h.de);
+          if (!inside(Vec3(X[0], X[1], 0.0))) continue;
+          seen++;
+          EXPECT_NEAR(std::hypot(v.t_n, v.t_s), t.norm(), 1e-8 * t.norm());
+          if (S.isDiagonal()) {
+            EXPECT_NEAR(v.t_n, t.norm(), 1e-8 * t.norm());
+            EXPECT_LT((v.normal - normal).norm(), 1e-9);
+          }
+          const Vec3 y = (v.point - g->world.x[g->nodes() + h.de]) / share;
+          EXPECT_NEAR(v.length, y.norm(), 1e-12);
+        }
+        EXPECT_NEAR(area, 1.0, 1e-12);
+        EXPECT_GE(seen, 4);
+      }
+    }
 }
 
 TEST(TiedQuarters, ForcesHaveNeitherSumNorMomentAndAreTheSlopeOfTheEnergy)

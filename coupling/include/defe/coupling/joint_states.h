@@ -53,14 +53,14 @@ struct LooseDEs {
   double distance;    ///< see JointRecord::contact_distance
 };
 
-/// What there is to see of a joint or tie that is not broken, after an evaluation of forces.
+/// What there is to see of a joint, a tie or a joint to a tied place that is not broken, after an evaluation of forces.
 struct JointView {
   double t_n, t_s;         ///< traction: tension positive, and size of its tangential part
   double damage;           ///< D
   double opening, slip;    ///< e_n and |e_s| of the cohesive law, 0 before
-  double length;           ///< from the DE to the other one or to the point on the face
-  Vec3 point;              ///< where it crosses the border between the two
-  Vec3 normal;             ///< out of the DE
+  double length;    ///< from the DE to the other one, to the point on the face or to the tied place
+  Vec3 point;       ///< where it crosses the border between the two
+  Vec3 normal;      ///< out of the DE
 };
 
 class JointStates {

@@ -12,6 +12,7 @@
 #include "defe/coupling/particles.h"
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -23,6 +24,8 @@ namespace joint {
   enum State : signed char { CONNECTIVE = 0, COHESIVE = 1, CONTACT = 2 };
   /// In JointTable::state only: CONTACT, and the plane of the crack still takes it, see JointRecord::plane
   constexpr signed char PLANE = 3;
+  /// As a Kind, in output only: a joint to a tied place, which no record is of
+  constexpr signed char PLACE = 3;
 }    // namespace joint
 
 /// One of the six joint slots of a DE, but for the IDs of its other end. Slot 2*a (2*a+1) looks along the negative
@@ -130,6 +133,14 @@ struct JointTable {
   {
     const std::size_t p = ~neighbor - tie_node.size();
     for (int k = place_first[p]; k < place_first[p + 1]; ++k) f(place_particle[k], place_weight[k]);
+  }
+  bool is_tied(int d, int s) const { return nb[d][s] < 0 && is_place(nb[d][s]); }
+  /// Of the joint of a DE to a tied place: what part of it is on this side of the face. The rest of what passes there is
+  /// borne by joints of the DEs on the other side.
+  double share_of_place(int d, int s) const
+  {
+    const GeneralCell &c = cell[d - orthogonal];
+    return std::sqrt(c.face[s].squaredNorm() / c.dX[s].squaredNorm());
   }
   int places() const { return static_cast<int>(place_first.size()) - 1; }
   /// Another place for this slot of a DE; after all ties of elements.
