@@ -222,6 +222,7 @@ void JointCracks::resolve()
   }
   growth.reset(lattice());
   moved_.clear();
+  poorer_.clear();
   coming.clear();
   parting.clear();
   cutting.clear();
@@ -239,7 +240,9 @@ void JointCracks::resolve()
 void JointCracks::cut_pending()
 {
   for (const Cut &c : coming) {
-    state[c.joint] = state[other_end(c.joint)] = CrackLattice::SOFTENING;
+    const int there = other_end(c.joint);
+    state[c.joint] = state[there] = CrackLattice::SOFTENING;
+    poorer_.insert(poorer_.end(), {c.joint / 6, there / 6});
     growth.add_crack(lattice(), c.joint, c.memory);
   }
   coming.clear();
@@ -641,6 +644,7 @@ void JointCracks::end_of_step()
     const int there = other_end(joint);
     if (there < 0) continue;
     state[joint] = state[there] = CrackLattice::SOFTENING;
+    poorer_.insert(poorer_.end(), {joint / 6, there / 6});
     growth.joint_changes(lattice(), joint);
   }
   cutting.clear();

@@ -138,6 +138,7 @@ void JointStates::soften(ForceSums &sums)
   jt.debonded.clear();
   if (cracks_) take_over_cracks();
   list_softening();
+  if (cracks_) wake_beside_cuts();
   find_awake();
   bool any_ended = false;
   for (std::size_t n = 0; n < awake.size(); ++n) {
@@ -187,6 +188,23 @@ void JointStates::list_softening()
     JointRecord &slot = jt.record(jt.cohesive[k]);
     softening_list.push_back({&slot, crack_of(jt.cohesive[k]), slot.plane});
   }
+}
+
+/// Open planes at DEs that have lost a joint are looked at now, while the joints that their rotation was taken from still are where
+/// they were: later on these would say nothing, and e would jump.
+void JointStates::wake_beside_cuts()
+{
+  if (cracks_->poorer().empty()) return;
+  is_poorer.resize(jt.nall, 0);
+  for (int d : cracks_->poorer()) is_poorer[d] = 1;
+  for (std::size_t k = 0; k < softening_list.size(); ++k) {
+    signed char &plane = softening_list[k].plane;
+    const int ds = jt.cohesive[k];
+    if (std::abs(plane) > 2 && (is_poorer[ds / 6] || is_poorer[cracks_->other_end(ds) / 6]))
+      softening_list[k].record->plane = plane = plane < 0 ? -2 : 2;
+  }
+  for (int d : cracks_->poorer()) is_poorer[d] = 0;
+  cracks_->forget_poorer();
 }
 
 /// All that soften, and the planes of broken ones that may be closed.

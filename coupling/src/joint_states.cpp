@@ -408,6 +408,7 @@ void JointStates::adopt_states()
   for (int ds : decided_elsewhere) adopt_state(ds, jt.state[jt.partner[ds / 6][ds % 6]]);
   if (!cracks_) return;
   cracks_->end_of_step();
+  wake_beside_cuts();
   for_leaving([this](int d, unsigned leaving) {
     share_out_release(d, leaving);
   });

@@ -141,6 +141,10 @@ class JointCracks {
   /// DEs whose cracks are at other places in memory than before, since new tables or forget_moved().
   const std::vector<int> &moved() const { return moved_; }
   void forget_moved() { moved_.clear(); }
+  /// DEs, ghosts as well, that have lost a joint since new tables or forget_poorer(): what the rotation at their open planes is taken
+  /// from must be found again before it has moved, so these are not to rest in this step.
+  const std::vector<int> &poorer() const { return poorer_; }
+  void forget_poorer() { poorer_.clear(); }
 
   double memory_usage() const;
 
@@ -184,7 +188,7 @@ class JointCracks {
   std::unordered_map<int, CrackStress> foreign;
   std::unordered_map<int, CrackMemory> memories;
   void remember(int joint, const CrackMemory &);
-  std::vector<int> moved_;
+  std::vector<int> moved_, poorer_;
 
   struct End {
     Vec3 dX[6], y[6];
