@@ -70,4 +70,7 @@ add_custom_target(uninstall COMMAND "${CMAKE_COMMAND}" -D "MANIFEST=${PROJECT_BI
 
 if(DEFE_PORTABLE)
   include(Package)
+else()
+  file(WRITE "${PROJECT_BINARY_DIR}/CPackConfig.cmake" "message(FATAL_ERROR \"DEFE: a package is made of the build for any x86-64, \"
+  \"this one is for its own processor: tools/install.sh --deb, which is cpack in build/portable\")\n")
 endif()

@@ -80,6 +80,12 @@ ln -s "$lmp" with_lmp/lmp
 [[ $(PATH=$work/with_lmp:$PATH defe-config --lmp) == "$work/with_lmp/lmp" ]] || fail 'lmp in PATH is not found'
 mv here "$prefix/share/defe/lmp"
 
+# --- package: of a portable build only ---
+if ! grep -q '^DEFE_PORTABLE:BOOL=ON' "$build/CMakeCache.txt"; then
+  if (cd "$work" && cpack --config "$build/CPackConfig.cmake") >cpack.txt 2>&1; then fail 'a plugin for this processor alone is packed'; fi
+  tr -s ' \n' ' ' <cpack.txt | grep -q 'tools/install.sh --deb' || { cat cpack.txt; fail 'the remedy is not named'; }
+fi
+
 # --- uninstall ---
 cmake --build "$build" --target uninstall >uninstall.log 2>&1 || { cat uninstall.log; exit 1; }
 left=$(cd "$prefix" && find . -not -type d -o -name defe -o -name DEFE -o -name lammps)
