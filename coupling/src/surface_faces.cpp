@@ -31,8 +31,10 @@ void SurfaceFaces::build(const SurfaceScene &s)
         face.node[a] = element.node[fe::hex_face[f][a]];
         p[a] = coords + 3 * static_cast<std::ptrdiff_t>(face.node[a]);
       }
+      face.id = element.id;
       face.element = static_cast<int>(e);
       face.face = f;
+      face.free = element.free >> f & 1;
       face.extent = 0.0;
       double d1[3], d2[3];
       for (int d = 0; d < 3; d++) {

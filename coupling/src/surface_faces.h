@@ -7,6 +7,7 @@
 #include "defe/types.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace defe::search {
@@ -19,7 +20,9 @@ inline double dist_sq(const double *a, const double *b)
 
 /// A face without an element behind it, as it is now.
 struct Face {
+  std::int64_t id;      // of its element
   int element, face;    // index into SurfaceScene::elements, local number
+  bool free;            // not the border to DEs
   int node[4];
   double centre[3], normal[3];
   double extent;       // squared distance of its farthest node
@@ -36,6 +39,10 @@ class SurfaceFaces {
   void find_rims(int face, bool rim[4]);
   /// The faces at a node of this rank do not lie in one plane.
   bool sharp(int node);
+  /// The faces at a particle: all[at_nodes(k)] from k = first_of(particle) to first_of(particle + 1).
+  int first_of(int particle) const { return first_at[particle]; }
+  int at_nodes(int k) const { return faces_at[k]; }
+  bool none_at(int particle) const { return first_at[particle] == first_at[particle + 1]; }
 
  private:
   const SurfaceScene *scene = nullptr;

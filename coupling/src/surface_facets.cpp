@@ -1,5 +1,7 @@
 #include "surface_facets.h"
 
+#include "surface_kept.h"
+
 #include "defe/coupling/penalty.h"
 #include "defe/fe/hex8.h"
 
@@ -15,8 +17,8 @@ namespace defe::search {
 // other: facing_limit / 3 less what normals may turn until the next search.
 static constexpr double opposed = 0.04;
 
-// Two normals with n.m < -facing have components of opposite sign above facing / 3 on some axis.
-static constexpr double component_of_facing = 0.3 * facing;
+// Two normals with n.m < -c have components of opposite sign above c / 3 on some axis.
+static constexpr double component_of_facing = 0.3 * KeptSearch::facing_kept;
 
 bool ContactFacets::ball_is_near(int ball, const double *centre, double extent) const
 {
@@ -164,6 +166,20 @@ void ContactFacets::measure(int k)
   f.k_area = penalty_stiffness_per_area(scene->factor, scene->parts[f.part].bulk, f.area, volume);
 }
 
+void ContactFacets::recall(int k, int before)
+{
+  if (measured_at[before] < 0) return;
+  const ContactFacet &then = measured[measured_at[before]];
+  ContactFacet &f = tables->facets[k];
+  f.area = then.area;
+  f.k_area = then.k_area;
+  f.half_xi = then.half_xi;
+  f.half_eta = then.half_eta;
+  f.depth_max = then.depth_max;
+  std::copy_n(then.rim, 4, f.rim);
+  sides[k].complete = true;
+}
+
 /* ----------------------------------------------------------------------
    balls against facets of this rank's elements; a ball is rigid, as rigid parts are
 ------------------------------------------------------------------------- */
@@ -211,7 +227,8 @@ void ContactFacets::pair_balls()
 void ContactFacets::keep_used()
 {
   auto &t = *tables;
-  std::vector<int> now(t.facets.size(), -1);
+  auto &now = measured_at;
+  now.assign(t.facets.size(), -1);
   int n = 0;
   for (std::size_t k = 0; k < t.facets.size(); k++) {
     if (!sides[k].used) continue;
@@ -225,6 +242,7 @@ void ContactFacets::keep_used()
   for (int &k : t.candidates) k = now[k];
   for (auto &patch : t.patches) patch.facet = now[patch.facet];
   for (auto &pair : t.balls) pair.facet = now[pair.facet];
+  measured = t.facets;
 }
 
 }    // namespace defe::search

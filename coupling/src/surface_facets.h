@@ -45,6 +45,8 @@ class ContactFacets {
 
   void choose(const SurfaceScene &, SurfaceFaces &, SurfaceTables &);
   void pair_balls();
+  /// This one was facet `before` of the last search, with the same neighbours: what was measured then holds.
+  void recall(int k, int before);
   /// Leaves only facets that are used in the tables: all are looked at in every step.
   void keep_used();
 
@@ -78,6 +80,8 @@ class ContactFacets {
   std::vector<Side> sides;
   std::vector<int> balls, large_balls;    // owned and ghost
   std::vector<std::array<int, 4>> nodes;
+  std::vector<ContactFacet> measured;    // in the last search
+  std::vector<int> measured_at;          // by facet, -1: it was not
 
   void add(const Face &);
   void measure(int k);

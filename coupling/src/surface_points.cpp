@@ -5,24 +5,103 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
+#include <cstddef>
 
 namespace defe::search {
 
-void ContactPoints::run(const SurfaceScene &s, SurfaceFaces &fa, ContactFacets &f, SurfaceTables &t)
+void ContactPoints::run(const SurfaceScene &s, SurfaceFaces &fa, ContactFacets &f,
+                        const KeptSearch &k, SurfaceTables &t)
 {
   scene = &s;
   faces = &fa;
   facets = &f;
+  kept = &k;
   tables = &t;
-  points.clear();
-  near.clear();
+  skin = KeptSearch::skins * s.skin;
+  keep_last();
   find_corners();
   find_points();
-  if (t.facets.empty() || points.empty()) return;
-  sort_facets();
-  find_near();
-  for (auto &kind : lists) kind.clear();
+  choose_points();
+  find_near(anew, nullptr, near_anew);
+  find_near(rest, &kept->new_facets(), near_rest);
+  merge();
   make_tables();
+}
+
+/* ----------------------------------------------------------------------
+   what is kept of the last search
+------------------------------------------------------------------------- */
+
+void ContactPoints::keep_last()
+{
+  std::swap(points, points_before);
+  std::swap(near, near_before);
+  std::swap(first_near, first_near_before);
+  points.clear();
+  int end = 0;
+  for (const auto &p : points_before) end = std::max(end, p.particle + 1);
+  point_at.assign(end, -1);
+  for (std::size_t n = 0; n < points_before.size(); n++)
+    point_at[points_before[n].particle] = static_cast<int>(n);
+}
+
+int ContactPoints::point_before(const Point &p) const
+{
+  if (p.particle >= static_cast<int>(point_at.size()) || !kept->still(p.particle)) return -1;
+  const int n = point_at[p.particle];
+  if (n < 0) return -1;
+  const Point &then = points_before[n];
+  if (then.part != p.part || (then.de < 0) != (p.de < 0)) return -1;
+  if (p.de >= 0) return then.r == p.r && then.aside == p.aside ? n : -1;
+  for (int c = first_corner[p.particle]; c < first_corner[p.particle + 1]; c++)
+    if (kept->facet_before(corners[c]) < 0) return -1;
+  return n;
+}
+
+void ContactPoints::choose_points()
+{
+  before.resize(points.size());
+  anew.clear();
+  rest.clear();
+  for (std::size_t n = 0; n < points.size(); n++) {
+    before[n] = point_before(points[n]);
+    if (before[n] < 0)
+      anew.push_back(static_cast<int>(n));
+    else
+      points[n].sharp = points_before[before[n]].sharp;
+  }
+  choose_of_rest();
+}
+
+/* ----------------------------------------------------------------------
+   points that are kept, but may touch one of the facets that are new: by cells, in one of the directions that count
+------------------------------------------------------------------------- */
+
+void ContactPoints::choose_of_rest()
+{
+  if (kept->new_facets().empty() || anew.size() == points.size()) return;
+  double farthest = 0.0;
+  for (const auto &p : points) farthest = std::max(farthest, reach_of(p));
+  struct Item {
+    double x[3];
+    unsigned directions;
+  };
+  std::vector<Item> items;
+  double widest = 0.0;
+  for (int k : kept->new_facets()) {
+    const ContactFacets::Side &side = facets->side(k);
+    items.push_back({{side.centre[0], side.centre[1], side.centre[2]}, side.directions});
+    widest = std::max(widest, side.extent);
+  }
+  const CellList<Item> list(std::move(items), 1.5 * widest + farthest, 2);
+  const auto around = list.bits_around([](const Item &item) {
+    return item.directions;
+  });
+  for (std::size_t n = 0; n < points.size(); n++) {
+    const double *x = scene->particles.at(points[n].particle);
+    if (before[n] >= 0 && list.may_reach(x, 0.0) && (around[list.cell_of(x)] & points[n].against))
+      rest.push_back(static_cast<int>(n));
+  }
 }
 
 /* ----------------------------------------------------------------------
@@ -64,12 +143,12 @@ void ContactPoints::find_points()
       own = std::max(own, facets->side(corners[c]).extent);
       looks |= facets->side(corners[c]).directions;
     }
-    points.push_back({i, part_of[i], -1, 0.0, 1.1 * own, opposite(looks), 0});
+    points.push_back({i, part_of[i], -1, 0.0, 1.1 * own, opposite(looks), -1, 0});
   }
   const SurfaceDEs &des = scene->des;
   for (int d = 0; d < des.count; d++) {
     const int i = des.particle[d];
-    points.push_back({i, des.part[d], d, des.distance[i], 0.5 * std::sqrt(des.area[d]), ~0u, 0});
+    points.push_back({i, des.part[d], d, des.distance[i], 0.5 * std::sqrt(des.area[d]), ~0u, 0, 0});
   }
   // from the smallest on, so that those of one mesh are mostly of one class
   double least[2] = {HUGE_VAL, HUGE_VAL};
@@ -95,11 +174,11 @@ bool ContactPoints::joined(int node, const ContactFacet &facet) const
    one of the node's facets faces this one, or may do so before the next search
 ------------------------------------------------------------------------- */
 
-bool ContactPoints::faces_it(int node, int facet) const
+bool ContactPoints::faces_it(int node, int facet, double least) const
 {
   const Vec3 &n = tables->planes[facet].normal;
   for (int c = first_corner[node]; c < first_corner[node + 1]; c++)
-    if (-tables->planes[corners[c]].normal.dot(n) > facing) return true;
+    if (-tables->planes[corners[c]].normal.dot(n) > least) return true;
   return false;
 }
 
@@ -107,14 +186,14 @@ bool ContactPoints::faces_it(int node, int facet) const
    beside an edge beyond which the surface goes on, a node counts up to half a patch away from it
 ------------------------------------------------------------------------- */
 
-bool ContactPoints::goes_on(const Point &p, const double *x, int k)
+bool ContactPoints::goes_on(const Point &p, const double *x, int k, double far)
 {
   facets->complete(k);
   const ContactFacet &f = tables->facets[k];
   const LocalPoint at = local_point(tables->planes[k], Vec3(x));
   const double way[4] = {1.0 - at.xi, 1.0 + at.xi, 1.0 - at.eta, 1.0 + at.eta};
   for (int e = 0; e < 4; e++)
-    if (!f.rim[e] && -way[e] * (e < 2 ? f.half_xi : f.half_eta) > 0.5 * p.aside + 1.5 * scene->skin)
+    if (!f.rim[e] && -way[e] * (e < 2 ? f.half_xi : f.half_eta) > 0.5 * p.aside + 1.5 * far)
       return true;
   return false;
 }
@@ -131,7 +210,8 @@ void ContactPoints::sort_facets()
     double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   };
   std::map<int, SizeOfPoints> sizes[2];
-  for (const auto &p : points) {
+  for (int n : *sought) {
+    const Point &p = points[n];
     SizeOfPoints &its = sizes[p.de >= 0][p.size];
     its.most = std::max(its.most, own_reach(p));
     const double *x = scene->particles.at(p.particle);
@@ -140,7 +220,7 @@ void ContactPoints::sort_facets()
       its.hi[d] = std::max(its.hi[d], x[d]);
     }
   }
-  const double drift = 1.5 * scene->skin, extent_max = facets->largest_extent();
+  const double drift = 1.5 * skin, extent_max = facets->largest_extent();
   struct Sorted {
     double reach = 0.0;
     std::vector<Candidate> candidates;
@@ -149,7 +229,9 @@ void ContactPoints::sort_facets()
     for (const auto &size : sizes[kind]) {
       const SizeOfPoints &its = size.second;
       std::map<std::pair<int, unsigned>, Sorted> classes;
-      for (int k = 0; k < facets->count(); k++) {
+      const int count = those ? static_cast<int>(those->size()) : facets->count();
+      for (int one = 0; one < count; one++) {
+        const int k = those ? (*those)[one] : one;
         const ContactFacets::Side &side = facets->side(k);
         // depths are below 0.5 extents
         const double mine = 1.5 * side.extent + its.most + drift;
@@ -185,16 +267,56 @@ void ContactPoints::sort_facets()
 }
 
 /* ----------------------------------------------------------------------
-   facets around each point, in the order of their IDs
+   of these facets those around each of these points, in the order of their IDs
 ------------------------------------------------------------------------- */
 
-void ContactPoints::find_near()
+void ContactPoints::find_near(const std::vector<int> &which, const std::vector<int> *only,
+                              Pairs &pairs)
 {
-  const int count = static_cast<int>(points.size());
+  sought = &which;
+  those = only;
+  found = &pairs;
+  pairs.clear();
+  if (which.empty() || (only ? only->empty() : facets->count() == 0)) return;
+  sort_facets();
+  const int count = static_cast<int>(which.size());
   for (int n = 0; n < count;) {
     const int last = group_from(n);
     find_near_group(n, last);
     n = last;
+  }
+  for (auto &kind : lists) kind.clear();
+}
+
+/* ----------------------------------------------------------------------
+   together with what holds of the last search
+------------------------------------------------------------------------- */
+
+void ContactPoints::merge()
+{
+  near.clear();
+  first_near.assign(1, 0);
+  const auto by_identity = [this](int a, int b) {
+    return facets->by_identity(a, b);
+  };
+  std::size_t of_anew = 0, of_rest = 0;
+  const auto take = [this](const Pairs &pairs, std::size_t &k, int n) {
+    for (; k < pairs.size() && pairs[k].first == n; k++) near.push_back(pairs[k].second);
+  };
+  for (std::size_t n = 0; n < points.size(); n++) {
+    const int then = before[n];
+    if (then >= 0)
+      for (int c = first_near_before[then]; c < first_near_before[then + 1]; c++) {
+        const int k = kept->facet_now(near_before[c]);
+        if (k >= 0) near.push_back(k);
+      }
+    const std::size_t middle = near.size();
+    take(near_anew, of_anew, static_cast<int>(n));
+    take(near_rest, of_rest, static_cast<int>(n));
+    if (middle < near.size() && middle > static_cast<std::size_t>(first_near.back()))
+      std::inplace_merge(near.begin() + first_near.back(), near.begin() + middle, near.end(),
+                         by_identity);
+    first_near.push_back(static_cast<int>(near.size()));
   }
 }
 
@@ -206,14 +328,14 @@ void ContactPoints::find_near()
 int ContactPoints::group_from(int first)
 {
   const double wide = 1.5 * facets->largest_extent();
-  const bool nodes = points[first].de < 0;
+  const bool nodes = point(first).de < 0;
   double lo[3], hi[3];
   group.radius = group.reach = 0.0;
   group.against = 0;
   int last = first;
-  for (; last < static_cast<int>(points.size()) && last < first + most; last++) {
-    const Point &p = points[last];
-    if ((p.de < 0) != nodes || p.size != points[first].size) break;
+  for (; last < static_cast<int>(sought->size()) && last < first + most; last++) {
+    const Point &p = point(last);
+    if ((p.de < 0) != nodes || p.size != point(first).size) break;
     const double *x = scene->particles.at(p.particle);
     double square = 0.0, low[3], high[3];
     for (int d = 0; d < 3; d++) {
@@ -239,14 +361,14 @@ double ContactPoints::own_reach(const Point &p) const
 
 double ContactPoints::reach_of(const Point &p) const
 {
-  return own_reach(p) + 1.5 * scene->skin;
+  return own_reach(p) + 1.5 * skin;
 }
 
 void ContactPoints::find_near_group(int first, int last)
 {
-  const int kind = points[first].de >= 0;
+  const int kind = point(first).de >= 0;
   around.clear();
-  for (const Facing &facing : lists[kind].at(points[first].size)) {
+  for (const Facing &facing : lists[kind].at(point(first).size)) {
     if (!(facing.direction & group.against)) continue;
     const List &list = facing.list;
     if (!list.may_reach(group.x, group.radius)) continue;
@@ -272,10 +394,10 @@ void ContactPoints::find_near_group(int first, int last)
     for (unsigned lane = 0, left = within_reach(around[k]); left; lane++, left >>= 1)
       if (left & 1u) of_lane[lane].push_back(static_cast<int>(k));
   for (int n = first; n < last; n++) {
-    const std::size_t before = near.size();
+    const std::size_t before = found->size();
     for (int k : of_lane[n - first]) look_at(n, around[k]);
-    if (near.size() > before + 1)
-      std::sort(near.begin() + before, near.end(), [&](const auto &a, const auto &b) {
+    if (found->size() > before + 1)
+      std::sort(found->begin() + before, found->end(), [&](const auto &a, const auto &b) {
         return facets->by_identity(a.second, b.second);
       });
   }
@@ -284,7 +406,7 @@ void ContactPoints::find_near_group(int first, int last)
 void ContactPoints::fill_lanes(int first, int last)
 {
   for (int l = 0; l < most; l++) {
-    const Point &p = points[std::min(first + l, last - 1)];
+    const Point &p = point(std::min(first + l, last - 1));
     const double *x = scene->particles.at(p.particle);
     for (int d = 0; d < 3; d++) lanes.x[d][l] = x[d];
     lanes.r[l] = p.de < 0 ? p.aside : p.r;
@@ -325,7 +447,7 @@ unsigned ContactPoints::within_reach(const Candidate &f) const
     };
     const Pack height = along(plane.normal), xi = simd::abs(along(plane.to_xi)),
                eta = simd::abs(along(plane.to_eta));
-    const Pack moved = 0.5 * scene->skin * (2.0 + xi + eta);
+    const Pack moved = 0.5 * skin * (2.0 + xi + eta);
     const Pack aside = (load(lanes.aside) + moved) * room;
     const Mask over = height <= (load(lanes.r) + moved) * room;
     const Mask below = -height <= (0.75 * f.extent + load(lanes.behind) + moved) * room;
@@ -336,28 +458,53 @@ unsigned ContactPoints::within_reach(const Candidate &f) const
   return all;
 }
 
+/* ----------------------------------------------------------------------
+   the same of one point and one facet, without room for what is kept
+------------------------------------------------------------------------- */
+
+bool ContactPoints::is_near(const Point &p, int k)
+{
+  const double *x = scene->particles.at(p.particle);
+  const ContactFacets::Side &side = facets->side(k);
+  const FacetPlane &plane = tables->planes[k];
+  const double cut = 1.5 * side.extent + own_reach(p) + 1.5 * scene->skin;
+  if (dist_sq(x, side.centre) > cut * cut) return false;
+  const LocalPoint at = local_point(plane, Vec3(x));
+  const double xi = std::abs(at.xi), eta = std::abs(at.eta);
+  const double moved = 0.5 * scene->skin * (2.0 + xi + eta);
+  const double over = p.de < 0 ? p.aside : p.r, behind = p.de < 0 ? p.aside : 0.0;
+  if (at.h > over + moved || -at.h > 0.75 * side.extent + behind + moved) return false;
+  if ((xi - 1.0) * plane.half_xi() > p.aside + moved ||
+      (eta - 1.0) * plane.half_eta() > p.aside + moved)
+    return false;
+  if (p.de < 0) return faces_it(p.particle, k, facing) && !goes_on(p, x, k, scene->skin);
+  // a lasting tie: the facet need not be looked at until the next search
+  const ContactFacet &facet = tables->facets[k];
+  return !scene->ties->lasting(p.de, facet.part, facet.element);
+}
+
 bool ContactPoints::any_near(const Facing &facing, int first, int last) const
 {
   for (int n = first; n < last; n++)
-    if (facing.near_cell[facing.list.cell_of(scene->particles.at(points[n].particle))]) return true;
+    if (facing.near_cell[facing.list.cell_of(scene->particles.at(point(n).particle))]) return true;
   return false;
 }
 
 inline void ContactPoints::look_at(int n, const Candidate &f)
 {
-  const Point &p = points[n];
+  const Point &p = point(n);
   if (p.de < 0 && !(f.directions & p.against)) return;
   if (scene->parts[p.part].rigid && tables->facets[f.facet].k_area < 0.0) return;
-  if (may_touch(p, f)) near.emplace_back(n, f.facet);
+  if (may_touch(p, f)) found->emplace_back((*sought)[n], f.facet);
 }
 
 bool ContactPoints::may_touch(const Point &p, const Candidate &f)
 {
   const double *xp = scene->particles.at(p.particle);
   const ContactFacet &facet = tables->facets[f.facet];
-  // a lasting tie: the facet need not be looked at again
-  if (p.de >= 0) return !scene->ties->lasting(p.de, f.part, facet.element);
-  if (!faces_it(p.particle, f.facet) || goes_on(p, xp, f.facet)) return false;
+  if (p.de >= 0) return true;
+  if (!faces_it(p.particle, f.facet, KeptSearch::facing_kept) || goes_on(p, xp, f.facet, skin))
+    return false;
   if (f.part == p.part) return !joined(p.particle, facet);
   return scene->tied_parts.empty() || !glued(p, facet);
 }
@@ -389,7 +536,7 @@ bool ContactPoints::glued(const Point &p, const ContactFacet &facet) const
 
 void ContactPoints::add_patches(const Point &p)
 {
-  std::vector<int> own;
+  own.clear();
   for (int c = first_corner[p.particle]; c < first_corner[p.particle + 1]; c++)
     if (tables->facets[corners[c]].part == p.part) own.push_back(corners[c]);
   std::sort(own.begin(), own.end(), [this](int a, int b) {
@@ -412,12 +559,21 @@ double ContactPoints::radius_against(const Point &p, int part) const
   return std::min(r, scene->ties->tied_face(p.de, part));
 }
 
+bool ContactPoints::sharp(Point &p)
+{
+  if (p.sharp < 0) p.sharp = faces->sharp(p.particle);
+  return p.sharp == 1;
+}
+
 void ContactPoints::make_tables()
 {
   auto &t = *tables;
-  for (std::size_t k = 0; k < near.size();) {
-    const int n = near[k].first;
-    const Point &p = points[n];
+  for (std::size_t n = 0; n < points.size(); n++) {
+    Point &p = points[n];
+    met.clear();
+    for (int k = first_near[n]; k < first_near[n + 1]; k++)
+      if (is_near(p, near[k])) met.push_back(near[k]);
+    if (met.empty()) continue;
     ContactPoint cp;
     cp.atom = p.particle;
     cp.own = static_cast<int>(t.patches.size());
@@ -431,15 +587,14 @@ void ContactPoints::make_tables()
     } else
       add_patches(p);
     cp.nown = static_cast<int>(t.patches.size()) - cp.own;
-    cp.sharp = p.de < 0 && faces->sharp(p.particle);
-    while (k < near.size() && near[k].first == n) {
-      cp.part = t.facets[near[k].second].part;
+    cp.sharp = p.de < 0 && sharp(p);
+    for (std::size_t k = 0; k < met.size();) {
+      cp.part = t.facets[met[k]].part;
       cp.first = static_cast<int>(t.candidates.size());
       cp.r = radius_against(p, cp.part);
-      for (; k < near.size() && near[k].first == n && t.facets[near[k].second].part == cp.part;
-           k++) {
-        facets->use(near[k].second);
-        t.candidates.push_back(near[k].second);
+      for (; k < met.size() && t.facets[met[k]].part == cp.part; k++) {
+        facets->use(met[k]);
+        t.candidates.push_back(met[k]);
       }
       cp.count = static_cast<int>(t.candidates.size()) - cp.first;
       t.points.push_back(cp);

@@ -4,7 +4,7 @@
 // Part of the search for contacts (surface_search.h): the points of this rank, that is its nodes on
 // free surfaces and its DEs, and the facets that each may touch.
 
-#include "surface_facets.h"
+#include "surface_kept.h"
 
 #include <map>
 #include <utility>
@@ -22,7 +22,9 @@ struct Candidate {
 
 class ContactPoints {
  public:
-  void run(const SurfaceScene &, SurfaceFaces &, ContactFacets &, SurfaceTables &);
+  void run(const SurfaceScene &, SurfaceFaces &, ContactFacets &, const KeptSearch &,
+           SurfaceTables &);
+  int searched_for() const { return static_cast<int>(anew.size()); }
 
  private:
   struct Point {
@@ -30,6 +32,7 @@ class ContactPoints {
     int de;              // index into SurfaceScene::des, -1: a node
     double r, aside;     // how far beside a facet it still counts
     unsigned against;    // directions of normals that it may press on
+    int sharp;           // of a node: 0, 1, or not yet looked at, -1
     int size;            // class of its reach
   };
   using List = CellList<Candidate>;
@@ -38,10 +41,27 @@ class ContactPoints {
   SurfaceFaces *faces = nullptr;
   ContactFacets *facets = nullptr;
   SurfaceTables *tables = nullptr;
+  const KeptSearch *kept = nullptr;
+  double skin = 0.0;    // with room for what is kept
   std::vector<Point> points;
   std::vector<int> part_of;                  // of owned nodes on free surfaces
   std::vector<int> first_corner, corners;    // free facets of each owned node
-  std::vector<std::pair<int, int>> near;     // indices of point and facet
+  // facets that each point is near, with that room, in the order of IDs: near[first_near[n]] to near[first_near[n + 1]]
+  std::vector<int> first_near, near;
+  // of the last search
+  std::vector<Point> points_before;
+  std::vector<int> first_near_before, near_before;
+  std::vector<int> point_at;    // by particle, -1: none
+
+  std::vector<int> before;    // of each point: which one it was then, -1: it is searched for anew
+  std::vector<int> anew, rest;    // points: these, and those that new facets are near
+  using Pairs = std::vector<std::pair<int, int>>;    // of point and facet
+  Pairs near_anew, near_rest;
+  std::vector<int> own, met;    // facets of one point: its patches, those that it may touch
+  // what is being searched for: these points, near these facets (null: all)
+  const std::vector<int> *sought = nullptr, *those = nullptr;
+  Pairs *found = nullptr;
+  const Point &point(int n) const { return points[(*sought)[n]]; }
   struct Group {
     double x[3], radius;    // of points that are near each other
     double reach;           // the largest of a point
@@ -66,8 +86,13 @@ class ContactPoints {
 
   void find_corners();
   void find_points();
+  void keep_last();
+  int point_before(const Point &) const;
+  void choose_points();
+  void choose_of_rest();
   void sort_facets();
-  void find_near();
+  void find_near(const std::vector<int> &which, const std::vector<int> *only, Pairs &);
+  void merge();
   void look_at(int n, const Candidate &);
   int group_from(int first);
   void fill_lanes(int first, int last);
@@ -75,14 +100,16 @@ class ContactPoints {
   double own_reach(const Point &) const;
   double reach_of(const Point &) const;
   bool any_near(const Facing &, int first, int last) const;
+  bool is_near(const Point &, int facet);
   void find_near_group(int first, int last);
   bool may_touch(const Point &, const Candidate &);
   bool joined(int node, const ContactFacet &) const;
   bool glued(const Point &, const ContactFacet &) const;
-  bool faces_it(int node, int facet) const;
-  bool goes_on(const Point &, const double *x, int facet);
+  bool faces_it(int node, int facet, double least) const;
+  bool goes_on(const Point &, const double *x, int facet, double far);
   void make_tables();
   void add_patches(const Point &);
+  bool sharp(Point &);
   double radius_against(const Point &, int part) const;
 };
 

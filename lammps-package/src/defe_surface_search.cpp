@@ -12,10 +12,13 @@
 #include "defe_system.h"
 
 #include "atom.h"
+#include "comm.h"
 #include "domain.h"
+#include "error.h"
 #include "fix.h"
 #include "force.h"
 #include "neighbor.h"
+#include "update.h"
 
 #include <algorithm>
 #include <cmath>
@@ -45,7 +48,16 @@ void DefeSurfaceSearch::run(defe::SurfaceTables &tables)
   gather_parts();
   gather_elements();
   gather_des();
+  if (update->setupflag) search.forget();    // between two runs all may have changed
   search.run(scene, tables);
+  if (sys.model.checking) check(tables);
+}
+
+void DefeSurfaceSearch::check(const defe::SurfaceTables &tables) const
+{
+  if (!defe::search_agrees(scene, tables))
+    error->one(FLERR, "Fix defe at step {}: a whole search finds other contacts on proc {}",
+               update->ntimestep, comm->me);
 }
 
 void DefeSurfaceSearch::gather_parts()

@@ -46,6 +46,7 @@ class DefeSurfaceSearch : protected DefeComponent {
   void add_element(const HexPod &, const int *idx);
   void gather_des();
   void gather_parts();
+  void check(const defe::SurfaceTables &) const;
 
   class Ties : public defe::SurfaceTies {
    public:

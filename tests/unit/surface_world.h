@@ -134,6 +134,51 @@ struct SurfaceWorld : SurfaceTies {
     apply(order);
   }
 
+  /// The last particle takes the place of one that no element has.
+  void drop_particle(int i)
+  {
+    const int last = static_cast<int>(particles.size()) - 1;
+    std::set<std::tuple<int, int, std::int64_t>> ties;
+    for (auto [particle, part, element] : lasting_ties)
+      if (particle != i) ties.insert({particle == last ? i : particle, part, element});
+    lasting_ties = ties;
+    for (auto &e : elements)
+      for (int &node : e.node)
+        if (node == last) node = i;
+    particles[i] = particles[last];
+    particles.pop_back();
+  }
+  /// An element becomes eight DEs, tied to those beside it, whose faces are bared; nodes that no element has go. The last
+  /// element takes its place.
+  void convert(int e)
+  {
+    const Element gone = elements[e];
+    elements[e] = elements.back();
+    elements.pop_back();
+    std::vector<std::int64_t> beside;
+    for (auto &other : elements)
+      for (int f = 0; f < 6; ++f) {
+        const auto has = [&](int a) {
+          return std::count(gone.node.begin(), gone.node.end(), other.node[fe::hex_face[f][a]]) > 0;
+        };
+        if (!has(0) || !has(1) || !has(2) || !has(3)) continue;
+        other.bare |= 1u << f;
+        beside.push_back(other.id);
+      }
+    Vec3 middle = Vec3::Zero();
+    for (int i : gone.node) middle += 0.125 * particles[i].x;
+    for (int i : gone.node) {
+      const Vec3 at = 0.5 * (particles[i].x + middle);
+      const int de = add_de(at, 0.25 * std::cbrt(gone.volume), gone.part);
+      particles[de].id = ++newest;
+      for (std::int64_t element : beside) lasting_ties.insert({de, gone.part, element});
+    }
+    std::set<int, std::greater<int>> unused(gone.node.begin(), gone.node.end());
+    for (const auto &other : elements)
+      for (int i : other.node) unused.erase(i);
+    for (int i : unused) drop_particle(i);
+  }
+
   bool lasting(int de, int part, std::int64_t element) const override
   {
     return lasting_ties.count({des[de], part, element}) > 0;
@@ -192,6 +237,16 @@ struct SurfaceWorld : SurfaceTies {
     finder.run(scene, tables);
     return tables;
   }
+  bool agrees() const { return search_agrees(scene, tables); }
+  /// Of the same scene, by one that knows nothing of the last search.
+  SurfaceTables search_whole() const
+  {
+    SurfaceTables whole;
+    SurfaceSearch one;
+    one.run(scene, whole);
+    points_of_whole = one.searched_for();
+    return whole;
+  }
 
   /// A facet by its element and its lowest node IDs: the same in any numbering.
   using Name = std::pair<std::int64_t, std::array<std::int64_t, 4>>;
@@ -202,9 +257,9 @@ struct SurfaceWorld : SurfaceTies {
     for (int k = 0; k < 4; ++k) n.second[k] = particles[node[k]].id;
     return n;
   }
-  Name name(int facet) const
+  Name name(const SurfaceTables &t, int facet) const
   {
-    return name(tables.facets[facet].node, tables.facets[facet].element);
+    return name(t.facets[facet].node, t.facets[facet].element);
   }
 
   struct Found {
@@ -218,15 +273,15 @@ struct SurfaceWorld : SurfaceTies {
     }
   };
   /// Of each point (ID) and part, in the order of the tables.
-  std::map<std::pair<std::int64_t, int>, Found> found() const
+  std::map<std::pair<std::int64_t, int>, Found> found() const { return found(tables); }
+  std::map<std::pair<std::int64_t, int>, Found> found(const SurfaceTables &t) const
   {
     std::map<std::pair<std::int64_t, int>, Found> all;
-    for (const auto &p : tables.points) {
+    for (const auto &p : t.points) {
       Found f{{}, {}, p.sharp, p.r, p.half, p.area, p.k_own};
       for (int c = p.first; c < p.first + p.count; ++c)
-        f.candidates.push_back(name(tables.candidates[c]));
-      for (int c = p.own; c < p.own + p.nown; ++c)
-        f.patches.push_back(name(tables.patches[c].facet));
+        f.candidates.push_back(name(t, t.candidates[c]));
+      for (int c = p.own; c < p.own + p.nown; ++c) f.patches.push_back(name(t, t.patches[c].facet));
       all[{particles[p.atom].id, p.part}] = f;
     }
     return all;
@@ -234,15 +289,18 @@ struct SurfaceWorld : SurfaceTies {
   std::vector<std::pair<std::int64_t, Name>> found_balls() const
   {
     std::vector<std::pair<std::int64_t, Name>> all;
-    for (const auto &b : tables.balls) all.emplace_back(particles[b.atom].id, name(b.facet));
+    for (const auto &b : tables.balls)
+      all.emplace_back(particles[b.atom].id, name(tables, b.facet));
     return all;
   }
 
   SurfaceTables tables;
   SurfaceSearch finder;
+  mutable int points_of_whole = 0;    // that the last search_whole() searched for
 
  private:
   int bodies = 0;
+  std::int64_t newest = 1000000;    // ID of a DE that was born
   SurfaceScene scene;
   std::vector<double> x, X, radius, distance, length;
   std::vector<std::int64_t> id;

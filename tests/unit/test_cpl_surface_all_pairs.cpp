@@ -371,3 +371,130 @@ TEST(SurfaceSearchAllPairs, BallsMeetTheFacetsAround)
     EXPECT_EQ(found[k].second, std::get<2>(expected[k]));
   }
 }
+
+// A search that takes over what holds of the last one finds what a whole one does, in the same order, when elements
+// convert, atoms get other places, ties end, balls come and DEs grow.
+TEST(SurfaceSearchAllPairs, WhatStaysIsKept)
+{
+  std::mt19937 random(41);
+  const auto below = [&](size_t n) {
+    return static_cast<int>(random() % n);
+  };
+  int anew = 0, all = 0, lasting = 0;
+  for (int test = 0; test < 8; ++test) {
+    SurfaceWorld w;
+    two_bodies(w, random, test % 2 ? 0.5 : 1.0, test % 4 > 1);
+    for (auto &p : w.particles) p.ghost = test % 3 == 1 && p.X[0] > 0.7;
+    for (int k = 0; k < 20; ++k) w.add_particle(random_vector(random, 4.0), k % 2 ? 0.3 : 2.5);
+    if (test % 3 == 1) w.ghosts_last();
+    w.search();
+    for (int round = 0; round < 20; ++round) {
+      const bool other_order = round % 7 == 6;
+      for (int k = below(3); k > 0; --k) w.convert(below(w.elements.size()));
+      if (round % 3 == 1) w.add_particle(random_vector(random, 4.0), 0.4);
+      if (test % 3 == 1) w.ghosts_last();
+      if (round % 4 == 2 && !w.lasting_ties.empty())
+        w.lasting_ties.erase(std::next(w.lasting_ties.begin(), below(w.lasting_ties.size())));
+      auto &some = w.particles[below(w.particles.size())];
+      if (some.part >= 0) some.distance *= 1.1;
+      if (other_order) w.renumber(random());
+      w.search();
+      lasting += static_cast<int>(w.lasting_ties.size());
+      ASSERT_TRUE(w.found() == w.found(w.search_whole())) << test << ", " << round;
+      if (!other_order && test % 3 != 1) {
+        anew += w.finder.searched_for();
+        all += w.points_of_whole;
+      }
+      ASSERT_TRUE(w.agrees()) << test << ", " << round;
+    }
+  }
+  EXPECT_GT(lasting, 100);
+  EXPECT_GT(all, 5000);
+  EXPECT_LT(anew, 0.5 * all);
+}
+
+// The same while bodies approach and slide along each other, now and then less than what is kept allows, are warped and
+// convert. No contact is missed.
+TEST(SurfaceSearchAllPairs, WhatMovesLittleIsKept)
+{
+  std::mt19937 random(43);
+  int touching = 0, anew = 0, all = 0;
+  for (int test = 0; test < 12; ++test) {
+    SurfaceWorld w;
+    two_bodies(w, random, test % 2 ? 0.5 : 1.0, test % 4 > 1);
+    const bool warped = test % 3 == 2;
+    std::vector<Vec3> way(3);
+    for (auto &v : way) v = random_vector(random, 1.0);
+    for (int round = 0; round < 28; ++round) {
+      std::vector<int> body(w.particles.size(), 2);
+      for (const auto &e : w.elements)
+        for (int i : e.node) body[i] = e.body;
+      const double far = (round % 6 ? 0.006 : 0.3) * w.skin;
+      for (size_t i = 0; i < body.size(); ++i) {
+        w.particles[i].x += far * way[body[i]];
+        if (warped) w.particles[i].x += 0.02 * w.skin * random_vector(random, 1.0);
+      }
+      if (round % 2) w.convert(static_cast<int>(random() % w.elements.size()));
+      w.lasting_ties.clear();
+      w.search();
+      ASSERT_TRUE(w.agrees()) << test << ", " << round;
+      w.search_whole();
+      anew += w.finder.searched_for();
+      all += w.points_of_whole;
+      if (round % 4 != 3 || warped) continue;
+      const auto particles = w.particles;
+      move_by_half_the_skin(w, random);
+      const Missed m = compare_with_all_pairs(w);
+      EXPECT_EQ(m.missed, 0) << test << ", " << round << ", of " << m.touching;
+      touching += m.touching;
+      w.particles = particles;
+    }
+  }
+  EXPECT_GT(touching, 500);
+  EXPECT_LT(anew, 0.7 * all);
+  EXPECT_GT(anew, 0.3 * all);    // some have moved too far, or turned
+}
+
+// The comparison itself: anything that is otherwise is seen.
+TEST(SurfaceSearchAllPairs, OtherTablesAreSeen)
+{
+  std::mt19937 random(47);
+  SurfaceWorld w;
+  two_bodies(w, random, 0.5);
+  w.add_particle(Vec3(0.0, 0.0, 4.0), 2.5);
+  w.add_de(Vec3(0.0, 0.0, 2.4), 0.5, 1);
+  w.search();
+  EXPECT_TRUE(w.agrees());
+  const auto tables = w.tables;
+  const std::function<void(SurfaceTables &)> changes[] = {
+      [](SurfaceTables &t) {
+        --t.points.back().count;
+      },
+      [](SurfaceTables &t) {
+        t.points.pop_back();
+      },
+      [](SurfaceTables &t) {
+        t.points.front().half *= 1.0 + 1e-15;
+      },
+      [](SurfaceTables &t) {
+        std::swap(t.candidates.front(), t.candidates.back());
+      },
+      [](SurfaceTables &t) {
+        t.facets.front().rim[2] = !t.facets.front().rim[2];
+      },
+      [](SurfaceTables &t) {
+        t.facets.back().node[3]++;
+      },
+      [](SurfaceTables &t) {
+        t.patches.front().corner++;
+      },
+      [](SurfaceTables &t) {
+        t.balls.pop_back();
+      },
+  };
+  for (const auto &change : changes) {
+    w.tables = tables;
+    change(w.tables);
+    EXPECT_FALSE(w.agrees());
+  }
+}

@@ -250,6 +250,7 @@ TEST(SurfaceSearch, JoinedFacetsAreLeftOut)
   const auto whole = w.found();
   w.search();
   EXPECT_EQ(joined_and_not(w)[0], 0);
+  EXPECT_TRUE(w.found() == w.found(w.search_whole()));
   int compared = 0;
   for (const auto &one : w.found()) {
     const auto &patches = one.second.patches;

@@ -76,7 +76,10 @@ struct SurfaceScene {
       0.0;    ///< longest diagonal of all elements: larger balls are tested against every facet
 };
 
-/// Keeps its memory from one search to the next: new pages would cost more than the search.
+/// Keeps its memory from one search to the next: new pages would cost more than the search. It also keeps what it has
+/// found: points and facets that are still there, at the same index, and have hardly moved, are near each other as they were, and
+/// only the rest is searched for. What comes out is what a whole search finds: what is near is looked for with some room, and
+/// then left out as far as it is too far away now.
 class SurfaceSearch {
  public:
   SurfaceSearch();
@@ -88,6 +91,12 @@ class SurfaceSearch {
   /// nodes among these points; their planes are of the positions now.
   void run(const SurfaceScene &, SurfaceTables &);
 
+  /// The next search takes nothing from the last one.
+  void forget();
+
+  /// Of the DEs, and of the nodes of facets that something is near, those that the last search took nothing from the one
+  /// before for.
+  int searched_for() const;
   /// Facets that the last search took a closer look at: something else was in the neighbourhood.
   int looked_at() const;
 
@@ -95,6 +104,9 @@ class SurfaceSearch {
   struct Work;
   std::unique_ptr<Work> work;
 };
+
+/// To check a search that has kept pairs: whether a whole one fills the tables with the same, to the last bit.
+bool search_agrees(const SurfaceScene &, const SurfaceTables &);
 
 }    // namespace defe
 
