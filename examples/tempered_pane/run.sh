@@ -3,7 +3,7 @@
 #   examples/run.sh tempered_pane [fine | coarse | piece] [-np N] [LAMMPS options...]
 # variants: fine coarse piece
 # DEFE_NAME=NAME puts the results into output/NAME, not output/VARIANT.
-# piece: a piece of a large pane, DEFE_SIDE (m, 0.016) long; output/fragments.png has all output/piece-* beside what is published.
+# piece: a piece of a large pane, DEFE_SIDE (m, 0.016) long, elements of DEFE_EDGE (m, 0.5e-3); output/fragments.png has all output/piece-* beside what is published.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
@@ -17,13 +17,17 @@ case $variant in
   fine) options=() ;;
   coarse) options=(-var edge 2e-3 -var dt 5e-8 -var strength 54e6 -var blow 30) ;;
   piece)
-    side=${DEFE_SIDE:-0.016}
-    "$DEFE_PYTHON" piece.py "$out/piece.data" "$side" 0.5e-3
-    options=(-var large yes -var mesh "$out/piece.data" -var side "$side" -var edge 0.5e-3 -var dt 1.25e-8 -var strength 88e6
+    side=${DEFE_SIDE:-0.016} edge=${DEFE_EDGE:-0.5e-3}
+    "$DEFE_PYTHON" piece.py "$out/piece.data" "$side" "$edge"
+    dt=$("$DEFE_PYTHON" -c 'import sys; print(2.5e-5 * float(sys.argv[1]))' "$edge")
+    options=(-var large yes -var mesh "$out/piece.data" -var side "$side" -var edge "$edge" -var dt "$dt" -var strength 88e6
       -var end 1.2e-5 -var element plain)
     ;;
   *) echo "example 'tempered_pane' has no variant '$variant': use fine, coarse or piece" >&2; exit 2 ;;
 esac
 simulate in.tempered_pane "$out" "$@" "${options[@]}"
 "$DEFE_PYTHON" analyse.py "$out"
-if [[ $variant == piece ]]; then "$DEFE_PYTHON" analyse.py --compare output/fragments.png output/piece*/; fi
+if [[ $variant == piece ]]; then
+  done_before=(output/piece*/summary.json)
+  "$DEFE_PYTHON" analyse.py --compare output/fragments.png "${done_before[@]%/summary.json}"
+fi
