@@ -174,7 +174,7 @@ class Strip:
 
 ORIENTATIONS = [('0', turned(0), 6.0), ('11.25', turned(11.25), 6.0), ('22.5', turned(22.5), 6.0),
                 ('33.75', turned(33.75), 6.0), ('45', turned(45), 6.0), ('0, 22.5', turned(0, 22.5), 20.0),
-                ('0, 45', turned(0, 45), 20.0), ('22.5, 22.5', turned(22.5, 22.5), 20.0),
+                ('0, 45', turned(0, 45), 28.0), ('22.5, 22.5', turned(22.5, 22.5), 20.0),
                 ('[111]', along([1, 1, 1]), 20.0)]
 CASES = [('lattice', 'lattice', 'all'), ('fronts', 'fronts', 'all'), ('fronts, adaptive', 'fronts', 'seam')]
 
