@@ -115,6 +115,24 @@ class Example(unittest.TestCase):
         self.assertEqual(len(re.findall(r"(?m)^Fix defe: strength of part (?:upper|lower): ", self.log)), 6)
         self.assertGreater(flaws["plies"]["upper"]["first_damage_us"], 1.2 * coarse["plies"]["upper"]["first_damage_us"])
 
+    def test_plate_on_three_meshes(self):
+        """Slow, 80 s of processor time. The crack of a plate under a ball does not know the mesh: with 30 m/s, where it is decided
+        whether rings close, there are as many radial cracks within one, and rings are round."""
+        bars = "36 nodes of part frame lie on other ones of the same part and are not joined"
+        runs = [self.run_example("laminated_plate", "laminated", "-var", "speed", "30", "-var", "end", "2.4e-5", out=out, note=bars,
+                                 DEFE_SIZE="2", DEFE_MESH=mesh)
+                for mesh, out in (("edges", "laminated.2mm"), ("turned", "laminated.turned.2mm"), ("free", "laminated.free.2mm"))]
+        radial = [s["cracks"]["radial_cracks"] for s in runs]
+        self.assertLessEqual(max(radial) - min(radial), 1, radial)
+        self.assertGreaterEqual(min(radial), 5, radial)
+        for s in runs:
+            self.assertGreaterEqual(sum(r is not None for r in s["cracks"]["ring_mm"]), 7, s["cracks"])
+            self.assertTrue(0.9 < s["cracks"]["ring_axes_to_diagonals"] < 1.1, s["cracks"])
+            self.assertGreater(s["converted_that_crack_percent"], 75.0)
+        for ply in ("upper", "lower"):
+            first = [s["plies"][ply]["first_damage_us"] for s in runs]
+            self.assertLess(max(first) / min(first), 1.1, first)
+
     def test_curved_pane(self):
         # Gmsh makes another mesh on another processor: one that is there, of 4 mm
         mesh = self.root / "pane.msh"
