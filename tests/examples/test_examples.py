@@ -116,10 +116,10 @@ class Example(unittest.TestCase):
         self.assertGreater(flaws["plies"]["upper"]["first_damage_us"], 1.2 * coarse["plies"]["upper"]["first_damage_us"])
 
     def test_plate_on_three_meshes(self):
-        """Slow, 80 s of processor time. The crack of a plate under a ball does not know the mesh: with 30 m/s, where it is decided
+        """Slow, 90 s of processor time. The crack of a plate under a ball does not know the mesh: with 30 m/s, where it is decided
         whether rings close, there are as many radial cracks within one, and rings are round."""
         bars = "36 nodes of part frame lie on other ones of the same part and are not joined"
-        runs = [self.run_example("laminated_plate", "laminated", "-var", "speed", "30", "-var", "end", "2.4e-5", out=out, note=bars,
+        runs = [self.run_example("laminated_plate", "laminated", "-var", "speed", "30", "-var", "end", "3e-5", out=out, note=bars,
                                  DEFE_SIZE="2", DEFE_MESH=mesh)
                 for mesh, out in (("edges", "laminated.2mm"), ("turned", "laminated.turned.2mm"), ("free", "laminated.free.2mm"))]
         radial = [s["cracks"]["radial_cracks"] for s in runs]
