@@ -54,8 +54,8 @@ def axes_to_diagonals(radii):
 
 def measure(folder):
     """The ball hits at x = y = 0."""
-    events, z = defe.read_events(folder / "events.txt"), defe.read_mesh(folder / "mesh.data").nodes[:, 2]
-    radii = ring_radii(upper_surface(folder))
+    events, z = read(folder)
+    radii = ring_radii(upper_surface(events, z))
 
     def number(x, digits):
         return None if math.isnan(x) else round(float(x), digits)
@@ -67,19 +67,24 @@ def measure(folder):
     }
 
 
-def upper_surface(folder):
-    """Cuts there, from the event file of a run."""
-    events, z = defe.read_events(folder / "events.txt"), defe.read_mesh(folder / "mesh.data").nodes[:, 2]
+def read(folder):
+    """Events of a run, and heights (m) of the nodes of its mesh."""
+    return defe.read_events(folder / "events.txt"), defe.read_mesh(folder / "mesh.data").nodes[:, 2]
+
+
+def upper_surface(events, z):
     return cuts(events, z.max() - LAYER, z.max())
 
 
 def draw_rings(path, folders):
     plt = defe.plots.plotting()
     figure, axes = plt.subplots(1, len(folders), figsize=(4.2 * len(folders), 4.6), squeeze=False, constrained_layout=True)
-    for axis, folder in zip(axes[0], map(Path, folders)):
-        soft = upper_surface(folder)
+    surfaces = [upper_surface(*read(Path(folder))) for folder in folders]
+    times = 1e6 * np.concatenate([soft.time for soft in surfaces])
+    low, high = (times.min(), times.max()) if len(times) else (None, None)    # one scale for all
+    for axis, folder, soft in zip(axes[0], map(Path, folders), surfaces):
         radii = ring_radii(soft)
-        points = axis.scatter(1e3 * soft.x[:, 0], 1e3 * soft.x[:, 1], c=1e6 * soft.time, s=2, linewidths=0)
+        points = axis.scatter(1e3 * soft.x[:, 0], 1e3 * soft.x[:, 1], c=1e6 * soft.time, s=2, linewidths=0, vmin=low, vmax=high)
         for k, radius in enumerate(radii):
             angle = np.radians(45 * k + np.linspace(-20, 20, 20))
             axis.plot(1e3 * radius * np.cos(angle), 1e3 * radius * np.sin(angle), "k:", linewidth=1)

@@ -61,7 +61,7 @@ class Cracks(unittest.TestCase):
         self.assertAlmostEqual(cracks.axes_to_diagonals([nan, 10.0, 12.0, 11.0, 14.0, 9.0, 13.0, 10.0]), 1.3)
         with tempfile.TemporaryDirectory() as folder:
             plot = Path(folder) / "rings.png"
-            with mock.patch.object(cracks, "upper_surface", lambda _: cuts(ring(lambda a: 12.0), 5.0, 6.0)):
+            with mock.patch.object(cracks, "read", lambda _: (events_of(ring(lambda a: 12.0)), np.array([0.0, 6e-3]))):
                 cracks.main(["--rings", str(plot), "one", "other"])
             self.assertEqual(plot.read_bytes()[:4], b"\x89PNG")
         self.assertTrue(math.isnan(cracks.axes_to_diagonals([nan, 10.0, nan, 11.0, 14.0, 9.0, 13.0, 10.0])))
