@@ -170,11 +170,11 @@ void JointStates::list_softening()
     return by_crack(ds / 6, ds % 6) ? cracks_->find(ds) : nullptr;
   };
   if (cracks_ && !cracks_->moved().empty()) {
-    has_moved.resize(jt.nde, 0);
-    for (int d : cracks_->moved()) has_moved[d] = 1;
+    flagged.resize(jt.nall, 0);
+    for (int d : cracks_->moved()) flagged[d] = 1;
     for (std::size_t k = 0; k < softening_list.size(); ++k)
-      if (has_moved[jt.cohesive[k] / 6]) softening_list[k].crack = crack_of(jt.cohesive[k]);
-    for (int d : cracks_->moved()) has_moved[d] = 0;
+      if (flagged[jt.cohesive[k] / 6]) softening_list[k].crack = crack_of(jt.cohesive[k]);
+    for (int d : cracks_->moved()) flagged[d] = 0;
     cracks_->forget_moved();
   }
   const std::size_t n = jt.cohesive.size();
@@ -195,15 +195,15 @@ void JointStates::list_softening()
 void JointStates::wake_beside_cuts()
 {
   if (cracks_->poorer().empty()) return;
-  is_poorer.resize(jt.nall, 0);
-  for (int d : cracks_->poorer()) is_poorer[d] = 1;
+  flagged.resize(jt.nall, 0);
+  for (int d : cracks_->poorer()) flagged[d] = 1;
   for (std::size_t k = 0; k < softening_list.size(); ++k) {
     signed char &plane = softening_list[k].plane;
     const int ds = jt.cohesive[k];
-    if (std::abs(plane) > 2 && (is_poorer[ds / 6] || is_poorer[cracks_->other_end(ds) / 6]))
+    if (std::abs(plane) > 2 && (flagged[ds / 6] || flagged[cracks_->other_end(ds) / 6]))
       softening_list[k].record->plane = plane = plane < 0 ? -2 : 2;
   }
-  for (int d : cracks_->poorer()) is_poorer[d] = 0;
+  for (int d : cracks_->poorer()) flagged[d] = 0;
   cracks_->forget_poorer();
 }
 

@@ -146,7 +146,7 @@ class JointStates {
     signed char plane;    // as in the record
   };
   std::vector<Softening> softening_list;
-  std::vector<char> has_moved, is_poorer;    // by DE, while that list is brought up to date
+  std::vector<char> flagged;    // by DE, while that list is brought up to date
   std::vector<int> awake,
       cut_by_cracks;    // softening joints and planes that are computed now: index in this list; joint
 
