@@ -10,8 +10,9 @@ namespace defe {
 void JointTable::clear()
 {
   nde = orthogonal = nall = 0;
+  for (int i : self)    // most particles are no DEs
+    if (i < static_cast<int>(of_atom.size())) of_atom[i] = -1;
   self.clear();
-  of_atom.clear();
   slots.clear();
   nb.clear();
   partner.clear();

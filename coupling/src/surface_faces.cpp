@@ -17,7 +17,6 @@ void SurfaceFaces::build(const SurfaceScene &s)
   scene = &s;
   all.clear();
   extent_max = 0.0;
-  sharp_node.assign(s.particles.nlocal, 2);
   all.reserve(2 * s.elements.size());
   const double *coords = s.particles.x;
   for (std::size_t e = 0; e < s.elements.size(); e++) {
@@ -59,15 +58,26 @@ void SurfaceFaces::build(const SurfaceScene &s)
 
 void SurfaceFaces::list_by_node()
 {
-  const int nall = scene->particles.nall;
-  first_at.assign(nall + 1, 0);
+  for (int i : nodes) number[i] = -1;
+  nodes.clear();
+  if (static_cast<int>(number.size()) < scene->particles.nall)
+    number.resize(scene->particles.nall, -1);
+  first_at.assign(1, 0);
   for (const auto &face : all)
-    for (int node : face.node) first_at[node + 1]++;
-  for (int i = 0; i < nall; i++) first_at[i + 1] += first_at[i];
-  faces_at.resize(first_at[nall]);
+    for (int node : face.node) {
+      if (number[node] < 0) {
+        number[node] = static_cast<int>(nodes.size());
+        nodes.push_back(node);
+        first_at.push_back(0);
+      }
+      first_at[number[node] + 1]++;
+    }
+  for (std::size_t n = 0; n < nodes.size(); n++) first_at[n + 1] += first_at[n];
+  faces_at.resize(first_at.back());
   std::vector<int> next(first_at.begin(), first_at.end() - 1);
   for (std::size_t f = 0; f < all.size(); f++)
-    for (int node : all[f].node) faces_at[next[node]++] = static_cast<int>(f);
+    for (int node : all[f].node) faces_at[next[number[node]]++] = static_cast<int>(f);
+  sharp_node.assign(nodes.size(), 2);
   normals.resize(all.size());
   normal_known.assign(all.size(), 0);
 }
@@ -92,7 +102,7 @@ void SurfaceFaces::find_rims(int face, bool rim[4])
   for (int e = 0; e < 4; e++) {
     const int a = all[face].node[edge_at[e]], b = all[face].node[(edge_at[e] + 1) % 4];
     rim[e] = true;
-    for (int c = first_at[a]; c < first_at[a + 1] && rim[e]; c++) {
+    for (int c = first_of(a); c < end_of(a) && rim[e]; c++) {
       const int other = faces_at[c];
       if (other == face) continue;
       const int *node = all[other].node;
@@ -104,11 +114,12 @@ void SurfaceFaces::find_rims(int face, bool rim[4])
 
 bool SurfaceFaces::sharp(int i)
 {
-  char &known = sharp_node[i];
+  char &known = sharp_node[number[i]];
   if (known != 2) return known == 1;
   known = 0;
-  for (int c = first_at[i]; c < first_at[i + 1] && !known; c++)
-    for (int d = first_at[i]; d < c && !known; d++)
+  const int first = first_of(i), end = end_of(i);
+  for (int c = first; c < end && !known; c++)
+    for (int d = first; d < c && !known; d++)
       if (reference_normal(faces_at[c]).dot(reference_normal(faces_at[d])) <= rim_cosine) known = 1;
   return known == 1;
 }

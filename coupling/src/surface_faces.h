@@ -39,14 +39,22 @@ class SurfaceFaces {
   void find_rims(int face, bool rim[4]);
   /// The faces at a node of this rank do not lie in one plane.
   bool sharp(int node);
-  /// The faces at a particle: all[at_nodes(k)] from k = first_of(particle) to first_of(particle + 1).
-  int first_of(int particle) const { return first_at[particle]; }
+  /// The nodes of all faces have numbers, in any order; other particles, which are most, -1.
+  int number_of(int particle) const { return number[particle]; }
+  int count_of_nodes() const { return static_cast<int>(nodes.size()); }
+  /// The faces at a particle: all[at_nodes(k)] from k = first_of(particle) to end_of(particle).
+  int first_of(int particle) const { return number[particle] < 0 ? 0 : first_at[number[particle]]; }
+  int end_of(int particle) const
+  {
+    return number[particle] < 0 ? 0 : first_at[number[particle] + 1];
+  }
   int at_nodes(int k) const { return faces_at[k]; }
-  bool none_at(int particle) const { return first_at[particle] == first_at[particle + 1]; }
 
  private:
   const SurfaceScene *scene = nullptr;
-  std::vector<int> first_at, faces_at;    // faces at each particle
+  std::vector<int> number;    // by particle; those of the last search are reset, not all
+  std::vector<int> nodes;     // particles, by number
+  std::vector<int> first_at, faces_at;    // faces at each node
   std::vector<Vec3> normals;              // in the reference configuration
   std::vector<char> normal_known;
   std::vector<char> sharp_node;    // 0 no, 1 yes, 2 not looked at

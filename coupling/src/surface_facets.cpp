@@ -37,11 +37,15 @@ void ContactFacets::collect_balls()
 {
   balls.clear();
   large_balls.clear();
-  for (int i = 0; i < scene->particles.nall; i++) {
-    if (!is_ball(i)) continue;
+  const auto look_at = [this](int i) {
+    if (!is_ball(i)) return;
     balls.push_back(i);
     if (is_large(i)) large_balls.push_back(i);
-  }
+  };
+  if (scene->spheres)
+    for (int i : *scene->spheres) look_at(i);
+  else
+    for (int i = 0; i < scene->particles.nall; i++) look_at(i);
 }
 
 /* ----------------------------------------------------------------------

@@ -30,7 +30,7 @@ void KeptSearch::look_at(int i, const SurfaceScene &s, const SurfaceFaces &faces
   if (find(marks, i)) return;
   const double *x = s.particles.at(i);
   Mark mark{i, -1, false, s.particles.id[i], 0, {x[0], x[1], x[2]}};
-  for (int k = faces.first_of(i); k < faces.first_of(i + 1); k++)
+  for (int k = faces.first_of(i); k < faces.end_of(i); k++)
     mark.faces += name_of(faces.all[faces.at_nodes(k)]);
   if (const Mark *then = find(marks_before, i)) {
     mark.facet = then->facet;

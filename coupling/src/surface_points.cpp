@@ -38,22 +38,22 @@ void ContactPoints::keep_last()
   std::swap(near, near_before);
   std::swap(first_near, first_near_before);
   points.clear();
-  int end = 0;
-  for (const auto &p : points_before) end = std::max(end, p.particle + 1);
-  point_at.assign(end, -1);
-  for (std::size_t n = 0; n < points_before.size(); n++)
-    point_at[points_before[n].particle] = static_cast<int>(n);
+  for (std::size_t n = 0; n < points_before.size(); n++) {
+    const auto at = static_cast<std::size_t>(points_before[n].particle);
+    if (at >= point_at.size()) point_at.resize(at + 1);
+    point_at[at] = static_cast<int>(n);
+  }
 }
 
 int ContactPoints::point_before(const Point &p) const
 {
   if (p.particle >= static_cast<int>(point_at.size()) || !kept->still(p.particle)) return -1;
-  const int n = point_at[p.particle];
-  if (n < 0) return -1;
+  const int n = point_at[p.particle];    // of any search, if it was none in the last one
+  if (n >= static_cast<int>(points_before.size())) return -1;
   const Point &then = points_before[n];
-  if (then.part != p.part || (then.de < 0) != (p.de < 0)) return -1;
+  if (then.particle != p.particle || then.part != p.part || (then.de < 0) != (p.de < 0)) return -1;
   if (p.de >= 0) return then.r == p.r && then.aside == p.aside ? n : -1;
-  for (int c = first_corner[p.particle]; c < first_corner[p.particle + 1]; c++)
+  for (int c = corners_from(p.particle); c < corners_to(p.particle); c++)
     if (kept->facet_before(corners[c]) < 0) return -1;
   return n;
 }
@@ -110,40 +110,42 @@ void ContactPoints::choose_of_rest()
 
 void ContactPoints::find_corners()
 {
-  const int nlocal = scene->particles.nlocal;
-  part_of.assign(nlocal, INT_MAX);
-  first_corner.assign(nlocal + 1, 0);
+  const int nlocal = scene->particles.nlocal, count = faces->count_of_nodes();
+  part_of.assign(count, INT_MAX);
+  first_corner.assign(count + 1, 0);
+  nodes.clear();
   const auto for_corners = [&](auto f) {
     for (int k = 0; k < facets->count(); k++)
       if (facets->side(k).outer)
         for (int i : tables->facets[k].node)
-          if (i < nlocal) f(i, k);
+          if (i < nlocal) f(i, faces->number_of(i), k);
   };
-  for_corners([&](int node, int facet) {
-    first_corner[node + 1]++;
+  for_corners([&](int node, int n, int facet) {
+    if (part_of[n] == INT_MAX) nodes.push_back(node);
+    first_corner[n + 1]++;
     // that parts share: the first
-    part_of[node] = std::min(part_of[node], tables->facets[facet].part);
+    part_of[n] = std::min(part_of[n], tables->facets[facet].part);
   });
-  for (int i = 0; i < nlocal; i++) first_corner[i + 1] += first_corner[i];
-  corners.resize(first_corner[nlocal]);
+  std::sort(nodes.begin(), nodes.end());
+  for (int n = 0; n < count; n++) first_corner[n + 1] += first_corner[n];
+  corners.resize(first_corner[count]);
   std::vector<int> next(first_corner.begin(), first_corner.end() - 1);
-  for_corners([&](int node, int facet) {
-    corners[next[node]++] = facet;
+  for_corners([&](int, int n, int facet) {
+    corners[next[n]++] = facet;
   });
 }
 
 void ContactPoints::find_points()
 {
-  for (int i = 0; i < scene->particles.nlocal; i++) {
-    if (part_of[i] == INT_MAX) continue;
+  for (int i : nodes) {
     // a patch reaches beyond its node by at most its own size
     double own = 0.0;
     unsigned looks = 0;
-    for (int c = first_corner[i]; c < first_corner[i + 1]; c++) {
+    for (int c = corners_from(i); c < corners_to(i); c++) {
       own = std::max(own, facets->side(corners[c]).extent);
       looks |= facets->side(corners[c]).directions;
     }
-    points.push_back({i, part_of[i], -1, 0.0, 1.1 * own, opposite(looks), -1, 0});
+    points.push_back({i, part_of[faces->number_of(i)], -1, 0.0, 1.1 * own, opposite(looks), -1, 0});
   }
   const SurfaceDEs &des = scene->des;
   for (int d = 0; d < des.count; d++) {
@@ -163,7 +165,7 @@ void ContactPoints::find_points()
 bool ContactPoints::joined(int node, const ContactFacet &facet) const
 {
   const Ids &id = scene->particles.id;
-  for (int c = first_corner[node]; c < first_corner[node + 1]; c++)
+  for (int c = corners_from(node); c < corners_to(node); c++)
     for (int mine : tables->facets[corners[c]].node)
       for (int other : facet.node)
         if (id[mine] == id[other]) return true;
@@ -177,7 +179,7 @@ bool ContactPoints::joined(int node, const ContactFacet &facet) const
 bool ContactPoints::faces_it(int node, int facet, double least) const
 {
   const Vec3 &n = tables->planes[facet].normal;
-  for (int c = first_corner[node]; c < first_corner[node + 1]; c++)
+  for (int c = corners_from(node); c < corners_to(node); c++)
     if (-tables->planes[corners[c]].normal.dot(n) > least) return true;
   return false;
 }
@@ -537,7 +539,7 @@ bool ContactPoints::glued(const Point &p, const ContactFacet &facet) const
 void ContactPoints::add_patches(const Point &p)
 {
   own.clear();
-  for (int c = first_corner[p.particle]; c < first_corner[p.particle + 1]; c++)
+  for (int c = corners_from(p.particle); c < corners_to(p.particle); c++)
     if (tables->facets[corners[c]].part == p.part) own.push_back(corners[c]);
   std::sort(own.begin(), own.end(), [this](int a, int b) {
     return facets->by_identity(a, b);

@@ -44,14 +44,17 @@ class ContactPoints {
   const KeptSearch *kept = nullptr;
   double skin = 0.0;    // with room for what is kept
   std::vector<Point> points;
-  std::vector<int> part_of;                  // of owned nodes on free surfaces
-  std::vector<int> first_corner, corners;    // free facets of each owned node
+  std::vector<int> nodes;                    // owned ones on free surfaces, in order
+  std::vector<int> part_of;                  // of these, by their numbers
+  std::vector<int> first_corner, corners;    // their free facets, by their numbers
+  int corners_from(int node) const { return first_corner[faces->number_of(node)]; }
+  int corners_to(int node) const { return first_corner[faces->number_of(node) + 1]; }
   // facets that each point is near, with that room, in the order of IDs: near[first_near[n]] to near[first_near[n + 1]]
   std::vector<int> first_near, near;
   // of the last search
   std::vector<Point> points_before;
   std::vector<int> first_near_before, near_before;
-  std::vector<int> point_at;    // by particle, -1: none
+  std::vector<int> point_at;    // by particle, if it was one
 
   std::vector<int> before;    // of each point: which one it was then, -1: it is searched for anew
   std::vector<int> anew, rest;    // points: these, and those that new facets are near

@@ -89,6 +89,9 @@ void ElementBatch::remove(int e)
     if (each * e != last) std::copy_n(list.begin() + last, each, list.begin() + each * e);
     list.resize(last);
   };
+  const size_t last = node_.size() - 1, at = static_cast<size_t>(e);
+  if (at < bound_.size()) bound_[at] = last < bound_.size() ? bound_[last] : 0.0;
+  if (bound_.size() > last) bound_.resize(last);
   drop(node_, 1);
   drop(history_, 1);
   drop(own_X_, 24);
@@ -97,7 +100,7 @@ void ElementBatch::remove(int e)
 void ElementBatch::finish()
 {
   if (node_.capacity() > node_.size() + node_.size() / 4) node_.shrink_to_fit();
-  bound_.assign(node_.size(), 0.0);
+  bound_.resize(node_.size(), 0.0);
   if (!own_reference()) return;
   own_node_.resize(node_.size());
   for (size_t e = 0; e < node_.size(); ++e)

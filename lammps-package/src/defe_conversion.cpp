@@ -236,6 +236,26 @@ void DefeConversion::convert()
 {
   sys.ghosts.update_positions();
   sys.marks.mark_asked();
+  sys.marks.done();
+  convert_marked();
+}
+
+bool DefeConversion::convert_in_place()
+{
+  if (!sys.in_place.allowed()) return false;
+  sys.ghosts.update_positions();
+  sys.marks.mark_asked();
+  if (!sys.in_place.possible()) return false;
+  sys.marks.done();
+  sys.in_place.begin();
+  convert_marked();
+  modify->pre_neighbor();    // all that has tables makes them anew
+  sys.in_place.end();
+  return true;
+}
+
+void DefeConversion::convert_marked()
+{
   sys.checks.note_energy_in_walls();
   sys.surface.begin_conversion();
 
@@ -253,8 +273,7 @@ void DefeConversion::convert()
   ties_to_joints(*c.plan);
   update_beside(*c.plan);
 
-  loss.mass.assign(atom->nlocal + atom->nghost, 0.0);
-  loss.count.assign(atom->nlocal + atom->nghost, 0);
+  loss.begin(atom->nlocal + atom->nghost);
   for (const auto &o : c.own) {
     add_births(c, o);
     record_conversion(o);
@@ -262,6 +281,7 @@ void DefeConversion::convert()
   sys.tied.warn();
   sys.tied_des.replace_ends(*c.plan);
   const bigint nodes_gone = remove_converted(c);
+  if (sys.in_place.going_on()) sys.in_place.make_room(static_cast<int>(c.births.size()));
   create_des(c);
   finish(static_cast<bigint>(c.own.size()), nodes_gone, static_cast<bigint>(c.births.size()));
 }
@@ -351,26 +371,22 @@ void DefeConversion::ties_to_joints(const defe::ConversionPlan &plan)
 
 void DefeConversion::update_beside(const defe::ConversionPlan &plan)
 {
-  std::vector<char> beside(atom->nlocal + atom->nghost, 0);
+  std::vector<int> at;    // nodes of elements that convert, and their images
   plan.for_nodes([&](tagint node) {
-    for (int i = sys.ids.local_of(node); i >= 0; i = atom->sametag[i]) beside[i] = 1;
+    for (int i = sys.ids.local_of(node); i >= 0; i = atom->sametag[i]) at.push_back(i);
   });
-  for (const auto &b : sys.elements.batches())
-    for (int e = 0; e < b.size(); e++) {
-      const auto &idx = b.nodes(e);
-      if (std::none_of(idx.begin(), idx.end(), [&beside](int i) {
-            return beside[i] != 0;
-          }))
-        continue;
-      HexRecord &h = *b.hex[e];
-      if (plan.converting(h.id)) continue;
-      for (tagint &nb : h.nb) {
-        const auto now = static_cast<tagint>(plan.behind_now(nb));
-        if (now != nb) sys.store.touch(idx[0]);
-        nb = now;
-      }
-      if (b.convertible && sys.model.shield) add_shields(plan, h, idx);
+  sys.elements.for_elements_at(at, [&](int batch, int e) {
+    const DefeBatch &b = sys.elements.batches()[batch];
+    HexRecord &h = *b.hex[e];
+    if (plan.converting(h.id)) return;
+    const auto &idx = b.nodes(e);
+    for (tagint &nb : h.nb) {
+      const auto now = static_cast<tagint>(plan.behind_now(nb));
+      if (now != nb) sys.store.touch(idx[0]);
+      nb = now;
     }
+    if (b.convertible && sys.model.shield) add_shields(plan, h, idx);
+  });
 }
 
 void DefeConversion::add_shields(const defe::ConversionPlan &plan, HexRecord &h,
@@ -405,10 +421,7 @@ void DefeConversion::add_births(Draft &c, const Own &o)
   for (int a = 0; a < 8; a++)
     for (int k = 0; k < 3; k++) ve(k, a) = atom->v[idx[a]][k];
   const double mass = sys.model.element_mass(sys.model.parts[h.part], h.volume);
-  for (int i : idx) {
-    loss.mass[i] += defe::ConversionPlan::node_share * mass;
-    loss.count[i]++;
-  }
+  for (int i : idx) loss.add(i, defe::ConversionPlan::node_share * mass, 1);
   const auto split = sys.model.parts[h.part].split;
   const auto all = defe::convert_hex(Xe, xe, ve, mass, split);
   sys.ledger.conv_kinetic += defe::conversion_kinetic_loss(ve, mass, all);
@@ -529,7 +542,8 @@ bigint DefeConversion::remove_converted(const Draft &c)
 {
   sys.ghosts.reverse(loss, 2);
   take_losses();
-  atom->map_clear();    // before atoms go: LAMMPS clears the places of those only that it has
+  if (!sys.in_place.going_on())
+    atom->map_clear();    // before atoms go: LAMMPS clears the places of those only that it has
   for (const auto &o : c.own) {
     auto &list = sys.store.hexes((*o.idx)[0]);
     sys.store.touch((*o.idx)[0]);
@@ -541,6 +555,24 @@ bigint DefeConversion::remove_converted(const Draft &c)
     sys.tied_des.remove((*o.idx)[0], o.planned->id);
   }
   return delete_nodes();
+}
+
+void DefeConversion::Loss::begin(int n)
+{
+  for (int i : nodes) {
+    mass[i] = 0.0;
+    count[i] = 0;
+  }
+  nodes.clear();
+  mass.resize(n, 0.0);
+  count.resize(n, 0);
+}
+
+void DefeConversion::Loss::add(int i, double m, int n)
+{
+  if (count[i] == 0) nodes.push_back(i);
+  mass[i] += m;
+  count[i] += n;
 }
 
 int DefeConversion::Loss::pack_reverse(int n, int first, double *buf)
@@ -556,16 +588,17 @@ int DefeConversion::Loss::pack_reverse(int n, int first, double *buf)
 void DefeConversion::Loss::unpack_reverse(int n, const int *list, const double *buf)
 {
   int m = 0;
-  for (int ii = 0; ii < n; ii++) {
-    mass[list[ii]] += buf[m++];
-    count[list[ii]] += static_cast<int>(std::lround(buf[m++]));
+  for (int ii = 0; ii < n; ii++, m += 2) {
+    const int lost = static_cast<int>(std::lround(buf[m + 1]));
+    if (lost > 0) add(list[ii], buf[m], lost);
   }
 }
 
 void DefeConversion::take_losses()
 {
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (loss.count[i] == 0) continue;
+  std::sort(loss.nodes.begin(), loss.nodes.end());
+  for (int i : loss.nodes) {
+    if (i >= atom->nlocal) break;
     const int left = sys.store.elements_at(i) - loss.count[i];
     sys.store.set_elements_at(i, left);
     atom->rmass[i] -= loss.mass[i];
@@ -583,18 +616,23 @@ bigint DefeConversion::delete_nodes()
 {
   bigint nodes_gone = 0;
   int n = atom->nlocal;
-  for (int i = atom->nlocal - 1; i >= 0; i--)
-    if (loss.count[i] > 0 && sys.store.elements_at(i) == 0) {
+  for (auto node = loss.nodes.rbegin(); node != loss.nodes.rend(); ++node) {    // from the last one
+    const int i = *node;
+    if (i < atom->nlocal && sys.store.elements_at(i) == 0) {
       nodes_gone++;
       if (const auto *t = sys.store.contacts_of(i))
         for (const auto &face : t->faces)
           sys.ledger.friction += face.tangential.stored();    // let go
+      const bool in_place = sys.in_place.going_on();
+      if (in_place) sys.in_place.remove(atom->tag[i]);
       if (i != n - 1)
         atom->avec->copy(n - 1, i, 1);
       else
         sys.store.forget(i);
+      if (in_place && i != n - 1) sys.in_place.moved(n - 1, i);
       n--;
     }
+  }
   atom->nlocal = n;
   return nodes_gone;
 }
@@ -631,6 +669,7 @@ void DefeConversion::create_des(const Draft &c)
     sys.tied_des.set_de(i, b.tied);
     sys.store.contacts_at(i).fresh = true;
     take_ball_shares(i, c, b.record.element, b.node, p.split.des() == 1);
+    if (sys.in_place.going_on()) sys.in_place.add(i);
   }
 }
 
@@ -661,35 +700,40 @@ void DefeConversion::take_ball_shares(int i, const Draft &c, tagint element, tag
 }
 
 /* ----------------------------------------------------------------------
-   totals; local indices are invalid until the next reneighbouring, and the map of atoms is empty: borders() fills it
+   totals
 ------------------------------------------------------------------------- */
 
 void DefeConversion::finish(bigint converted, bigint nodes_gone, bigint born)
 {
-  // a DE may be born up to 3/4 of an element outside the sub-domain of its element, and LAMMPS'
-  // exchange moves atoms by one sub-domain only
-
-  bool thin = false;
-  for (int d = 0; d < 3; d++) {
-    const double width = domain->subhi[d] - domain->sublo[d];
-    thin = thin || (width < domain->prd[d] && width < sys.mesh.max_diagonal());
-  }
-
-  bigint mine[5] = {atom->nlocal, converted, nodes_gone, thin ? 1 : 0, born}, all[5];
-  MPI_Allreduce(mine, all, 5, MPI_LMP_BIGINT, MPI_SUM, world);
+  bigint mine[4] = {atom->nlocal, converted, nodes_gone, born}, all[4];
+  MPI_Allreduce(mine, all, 4, MPI_LMP_BIGINT, MPI_SUM, world);
   atom->natoms = all[0];
   sys.ids.set_natoms(all[0]);
-  sys.census.convert(all[1], all[2], all[4]);
+  sys.census.convert(all[1], all[2], all[3]);
   if (all[1] > 0) sys.account.note_conversion();
-  atom->nghost = 0;
-  sys.ids.make_room_in_map(static_cast<int>(born));
-  if (all[3]) {
-    domain->pbc();
-    if (domain->nonperiodic == 2) domain->reset_box();
-    Irregular irregular(lmp);
-    irregular.migrate_atoms(1);
-  }
-
   marked.converting = {};
+  if (!sys.in_place.going_on()) leave_to_reneighbouring(static_cast<int>(born));
   sys.tables.forget();
+}
+
+/* ----------------------------------------------------------------------
+   local indices are invalid until then, and the map of atoms is empty: borders() fills it. A DE may be born up to 3/4 of an
+   element outside the sub-domain of its element, and LAMMPS' exchange moves atoms by one sub-domain only.
+------------------------------------------------------------------------- */
+
+void DefeConversion::leave_to_reneighbouring(int born)
+{
+  atom->nghost = 0;
+  sys.ids.make_room_in_map(born);
+  int thin = 0, any = 0;
+  for (int d = 0; d < 3; d++) {
+    const double width = domain->subhi[d] - domain->sublo[d];
+    if (width < domain->prd[d] && width < sys.mesh.max_diagonal()) thin = 1;
+  }
+  MPI_Allreduce(&thin, &any, 1, MPI_INT, MPI_MAX, world);
+  if (!any) return;
+  domain->pbc();
+  if (domain->nonperiodic == 2) domain->reset_box();
+  Irregular irregular(lmp);
+  irregular.migrate_atoms(1);
 }

@@ -20,14 +20,16 @@
 
 namespace LAMMPS_NS {
 
-/** Carries out a ConversionPlan, in pre_exchange of the step after the criterion was met: LAMMPS then
-    migrates the new atoms and rebuilds its lists. */
+/** Carries out a ConversionPlan, in the step after the criterion was met: in place (defe_in_place.h), or else in pre_exchange,
+    and LAMMPS then migrates the new atoms and rebuilds its lists. */
 class DefeConversion : protected DefeComponent {
  public:
   explicit DefeConversion(DefeSystem &);
 
-  /** All marked elements of all ranks. */
+  /** All marked elements of all ranks; in pre_exchange. */
   void convert();
+  /** The same before LAMMPS decides whether to reneighbour, if no reneighbouring is needed for it: else false. */
+  bool convert_in_place();
   /** What is discrete from the start, before the first setup. */
   void convert_start();
   bool start_done() const { return start_done_; }
@@ -39,6 +41,7 @@ class DefeConversion : protected DefeComponent {
  private:
   bool start_done_ = false;
 
+  void convert_marked();
   struct Own;
   struct Draft;
   void mark_start();
@@ -62,6 +65,7 @@ class DefeConversion : protected DefeComponent {
   void create_des(const Draft &);
   void take_ball_shares(int i, const Draft &, tagint element, tagint node, bool of_all_nodes);
   void finish(bigint converted, bigint nodes_gone, bigint born);
+  void leave_to_reneighbouring(int born);
 
   /** Elements that convert, with their nodes. */
   class Marked : public DefeMessage {
@@ -84,6 +88,9 @@ class DefeConversion : protected DefeComponent {
    public:
     std::vector<double> mass;
     std::vector<int> count;
+    std::vector<int> nodes;    // that lose something, each once; all others have zeros
+    void begin(int n);
+    void add(int i, double m, int n);
     int pack_reverse(int n, int first, double *buf) override;
     void unpack_reverse(int n, const int *list, const double *buf) override;
   } loss;

@@ -32,6 +32,23 @@ DefeBatch::DefeBatch(const DefePart &p, int part, const defe::fe::MaterialLaw &l
   if (convertible) bound_weights = p.criterion->bound();
 }
 
+void DefeBatch::cover(int e)
+{
+  const auto &idx = nodes(e);
+  const auto ends = std::minmax_element(idx.begin(), idx.end());
+  const size_t block = e / BLOCK;
+  if (block >= blocks.size()) blocks.push_back({*ends.first, *ends.second});
+  blocks[block].first = MIN(blocks[block].first, *ends.first);
+  blocks[block].last = MAX(blocks[block].last, *ends.second);
+}
+
+bool DefeBatch::may_have(const Range &range, const std::vector<int> &places, int limit) const
+{
+  if (range.last >= limit) return true;
+  const auto at = std::lower_bound(places.begin(), places.end(), range.first);
+  return at != places.end() && *at <= range.last;
+}
+
 DefeElements::DefeElements(DefeSystem &system) : DefeComponent(system), finite(scratch) {}
 
 /* ----------------------------------------------------------------------
@@ -54,12 +71,14 @@ void DefeElements::build()
 
 /* ----------------------------------------------------------------------
    A conversion changes a few atoms: all others have the places that they had. Not so if atoms were sorted or many have
-   come. In a periodic box another image of a node may have become the nearest one.
+   come. In a periodic box another image of a node may have become the nearest one, if ghosts are new.
 ------------------------------------------------------------------------- */
 
 bool DefeElements::repairable() const
 {
-  return listed >= 0 && !domain->xperiodic && !domain->yperiodic && !domain->zperiodic &&
+  const bool same_images = sys.in_place.going_on() ||
+      (!domain->xperiodic && !domain->yperiodic && !domain->zperiodic);
+  return listed >= 0 && same_images &&
       sys.store.changed().size() < static_cast<size_t>(atom->nlocal / 8);
 }
 
@@ -80,6 +99,13 @@ static bool is_exposed(const HexRecord &h)
 {
   return std::any_of(std::begin(h.nb), std::end(h.nb), [](tagint nb) {
     return nb <= 0;
+  });
+}
+
+static bool has_des_behind(const HexRecord &h)
+{
+  return std::any_of(std::begin(h.nb), std::end(h.nb), [](tagint nb) {
+    return nb < 0;
   });
 }
 
@@ -105,52 +131,55 @@ const HexRecord *DefeElements::list_of(int i)
 void DefeElements::repair()
 {
   const int limit = MIN(listed, atom->nlocal);
-  std::vector<char> anew(limit, 0);    // atoms whose elements are listed anew
-  std::vector<int> anchors;            // these, and those beyond
-  for (int i : sys.store.changed()) {
-    if (i < limit) anew[i] = 1;
+  auto places = sys.store.changed();
+  std::sort(places.begin(), places.end());
+  std::vector<int> anchors;    // atoms whose elements are listed anew
+  for (int i : places)
     if (i < atom->nlocal) anchors.push_back(i);
-  }
   for (const auto &b : all)
-    for (int e = 0; e < b.size(); e++) {
+    b.for_blocks(places, limit, [&](int e) {
       const auto &idx = b.nodes(e);
-      bool other = false;
-      for (int i : idx) other = other || i >= limit || sys.store.changed(i);
-      if (!other || idx[0] >= limit || anew[idx[0]]) continue;
-      anew[idx[0]] = 1;
-      anchors.push_back(idx[0]);
-    }
-  drop(anew);
-
+      const bool other = std::any_of(idx.begin(), idx.end(), [&](int i) {
+        return i >= limit || sys.store.changed(i);
+      });
+      if (other && idx[0] < limit) anchors.push_back(idx[0]);
+    });
   std::sort(anchors.begin(), anchors.end());
+  anchors.erase(std::unique(anchors.begin(), anchors.end()), anchors.end());
+  drop(anchors, limit);
+
   const HexRecord *lost = nullptr;
   for (int i : anchors)
     if (const HexRecord *one = list_of(i)) lost = one;
   if (lost) stop_lost(*lost);
 }
 
-void DefeElements::drop(const std::vector<char> &anew)
+/** Elements that begin at these atoms, and at places from `limit` on. */
+void DefeElements::drop(const std::vector<int> &anchors, int limit)
 {
-  const int limit = static_cast<int>(anew.size());
   std::map<std::pair<int, int>, int> now;    // elements that go: -1, or have another place
   for (size_t k = 0; k < all.size(); k++) {
     DefeBatch &b = all[k];
     const int batch = static_cast<int>(k);
-    std::map<int, int> from;    // where what is at a place was at first
-    for (int e = b.size() - 1; e >= 0; e--) {
+    std::vector<int> going;
+    b.for_blocks(anchors, limit, [&](int e) {
       const int anchor = b.nodes(e)[0];
-      if (anchor < limit && !anew[anchor]) continue;
-      now[{batch, e}] = -1;
+      if (anchor >= limit || std::binary_search(anchors.begin(), anchors.end(), anchor))
+        going.push_back(e);
+    });
+    std::map<int, int> from;    // where what is at a place was at first
+    for (auto e = going.rbegin(); e != going.rend(); ++e) {    // from the last one
+      now[{batch, *e}] = -1;
       const int end = b.size() - 1;
-      if (end != e) {
+      if (end != *e) {
         const auto moved = from.find(end);
-        from[e] = moved == from.end() ? end : moved->second;
-        now[{batch, from[e]}] = e;
+        from[*e] = moved == from.end() ? end : moved->second;
+        now[{batch, from[*e]}] = *e;
       }
-      b.remove(e);
+      b.remove(*e);
     }
   }
-  for (auto *list : {&exposed_, &marked_}) {
+  for (auto *list : {&exposed_, &fronts_, &noticed_, &marked_}) {
     size_t n = 0;
     for (const auto &one : *list) {
       const auto found = now.find(one);
@@ -199,6 +228,8 @@ void DefeElements::add(HexRecord &h, const std::array<int, 8> &idx)
   }
   DefeBatch &b = all[h.kernel];
   if (is_exposed(h)) exposed_.emplace_back(h.kernel, b.size());
+  if (h.noticed && is_exposed(h)) noticed_.emplace_back(h.kernel, b.size());
+  if (has_des_behind(h)) fronts_.emplace_back(h.kernel, b.size());
   if (h.marked) marked_.emplace_back(h.kernel, b.size());
   double *history = nullptr;
   if (b.history_size() > 0) {
@@ -209,10 +240,9 @@ void DefeElements::add(HexRecord &h, const std::array<int, 8> &idx)
   if (b.own_reference()) {
     HexCoords x, X;
     kernel_coords(h, idx.data(), x, X);
-    b.add(idx, history, &X);
+    b.add(h, idx, history, &X);
   } else
-    b.add(idx, history);
-  b.hex.push_back(&h);
+    b.add(h, idx, history, nullptr);
 }
 
 void DefeElements::stop_lost(const HexRecord &h) const
@@ -228,11 +258,10 @@ void DefeElements::stop_lost(const HexRecord &h) const
 
 void DefeElements::clear()
 {
-  for (auto &b : all) {    // they keep their memory
-    b.clear();
-    b.hex.clear();
-  }
+  for (auto &b : all) b.clear();    // they keep their memory
   exposed_.clear();
+  fronts_.clear();
+  noticed_.clear();
   marked_.clear();
 }
 
@@ -248,6 +277,27 @@ void DefeElements::mark(int batch, int e)
   marked_.emplace_back(batch, e);
 }
 
+void DefeElements::notice_only(const std::vector<char> &of_exposed)
+{
+  for (const auto &one : noticed_) all[one.first].hex[one.second]->noticed = false;
+  noticed_.clear();
+  for (size_t k = 0; k < exposed_.size(); k++) {
+    if (!of_exposed[k]) continue;
+    noticed_.push_back(exposed_[k]);
+    all[exposed_[k].first].hex[exposed_[k].second]->noticed = true;
+  }
+}
+
+void DefeElements::notice_at(const std::vector<int> &nodes)
+{
+  for_elements_at(nodes, [this](int k, int e) {
+    HexRecord &h = *all[k].hex[e];
+    if (h.noticed || !is_exposed(h)) return;
+    h.noticed = true;
+    noticed_.emplace_back(k, e);
+  });
+}
+
 void DefeElements::unmark_all()
 {
   for (const auto &one : marked_) all[one.first].hex[one.second]->marked = 0;
@@ -259,6 +309,8 @@ void DefeElements::forget_kernels()
   history_read = history_most();
   all.clear();
   exposed_.clear();
+  fronts_.clear();
+  noticed_.clear();
   marked_.clear();
   listed = -1;
 }

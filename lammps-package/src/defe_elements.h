@@ -13,7 +13,9 @@
 
 #include "defe/fe/element_batch.h"
 
+#include <algorithm>
 #include <array>
+#include <climits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -28,14 +30,50 @@ struct DefeBatch : defe::fe::ElementBatch {
   DefeBatch(const DefePart &, int part, const defe::fe::MaterialLaw &,
             const defe::fe::KernelChoice &);
   std::vector<HexRecord *> hex;
-  void remove(int e)    // as in ElementBatch
+  // as in ElementBatch
+  void add(HexRecord &h, const std::array<int, 8> &idx, double *history,
+           const defe::fe::HexCoords *stress_free)
+  {
+    ElementBatch::add(idx, history, stress_free);
+    hex.push_back(&h);
+    cover(size() - 1);
+  }
+  void remove(int e)
   {
     ElementBatch::remove(e);
     hex[e] = hex.back();
     hex.pop_back();
+    if (e < size()) cover(e);
+    blocks.resize((size() + BLOCK - 1) / BLOCK);
   }
+  void clear()
+  {
+    ElementBatch::clear();
+    hex.clear();
+    blocks.clear();
+  }
+  /** All elements with a node at one of these places, in order, or from `limit` on, are among those that f gets, in order:
+      blocks of elements that have none there are left out. */
+  template <class F> void for_blocks(const std::vector<int> &places, int limit, const F &f) const
+  {
+    for (size_t k = 0; k < blocks.size(); k++) {
+      if (!may_have(blocks[k], places, limit)) continue;
+      const int end = MIN(size(), static_cast<int>(k + 1) * BLOCK);
+      for (int e = static_cast<int>(k) * BLOCK; e < end; e++) f(e);
+    }
+  }
+
   bool convertible;
   defe::fe::StressBound bound_weights;    // of the criterion, if convertible
+
+ private:
+  static constexpr int BLOCK = 64;
+  struct Range {
+    int first, last;
+  };
+  std::vector<Range> blocks;    // of local indices of nodes, at least
+  void cover(int e);            // element e is new at its place
+  bool may_have(const Range &, const std::vector<int> &places, int limit) const;
 };
 
 /** The finite elements of this rank, in tables of local indices, and their forces. */
@@ -46,12 +84,33 @@ class DefeElements : protected DefeComponent {
   const std::vector<DefeBatch> &batches() const { return all; }
   /** Batch and number of elements with free faces, or with DEs behind a face. */
   const std::vector<std::pair<int, int>> &exposed() const { return exposed_; }
+  /** The same of those with DEs behind a face. */
+  const std::vector<std::pair<int, int>> &fronts() const { return fronts_; }
+  /** Of the exposed ones those beside which there is anything that they may touch before the next reneighbouring. */
+  const std::vector<std::pair<int, int>> &noticed() const { return noticed_; }
+  void notice_only(const std::vector<char> &of_exposed);
+  /** All that are exposed and have one of these nodes, too. */
+  void notice_at(const std::vector<int> &nodes);
   /** The same of those that are to convert (HexPod::marked). */
   const std::vector<std::pair<int, int>> &marked() const { return marked_; }
   void mark(int batch, int e);
   void unmark_all();
   int history_most() const;    // doubles of material history that an element has
   void look_at_histories();
+
+  /** f(number of the batch, element) for all that have one of these nodes, local indices. */
+  template <class F> void for_elements_at(std::vector<int> places, const F &f) const
+  {
+    std::sort(places.begin(), places.end());
+    for (size_t k = 0; k < all.size(); k++)
+      all[k].for_blocks(places, INT_MAX, [&](int e) {
+        const auto &idx = all[k].nodes(e);
+        if (std::any_of(idx.begin(), idx.end(), [&places](int i) {
+              return std::binary_search(places.begin(), places.end(), i);
+            }))
+          f(static_cast<int>(k), e);
+      });
+  }
 
   void build();    // with the neighbour lists
   /** Of the tables that there are only those of some atoms need to be made anew. */
@@ -81,7 +140,7 @@ class DefeElements : protected DefeComponent {
 
  private:
   std::vector<DefeBatch> all;
-  std::vector<std::pair<int, int>> exposed_, marked_;
+  std::vector<std::pair<int, int>> exposed_, fronts_, noticed_, marked_;
   std::vector<double> scratch;
   int history_read = 0;
   int listed = -1;    // local atoms when the tables were made; -1: they are not to be used
@@ -89,7 +148,7 @@ class DefeElements : protected DefeComponent {
   void clear();
   void list_all();
   void repair();
-  void drop(const std::vector<char> &anew);
+  void drop(const std::vector<int> &anchors, int limit);
   const HexRecord *list_of(int i);
   int batch_of(int part, const defe::fe::HexCoords &X, const defe::Mat3 *prestress);
   void add(HexRecord &, const std::array<int, 8> &idx);

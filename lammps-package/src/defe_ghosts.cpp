@@ -62,6 +62,14 @@ void DefeGhosts::provide(double longest)
    to what is needed now; false if that was there
 ------------------------------------------------------------------------- */
 
+bool DefeGhosts::enough() const
+{
+  bool all = comm->cutghostuser >= reach();
+  for (int t = 1; t <= atom->ntypes && by_type(); t++)
+    all = all && comm->cutusermulti[neighbor->type2collection[t]] >= reach(ball[t]);
+  return all;
+}
+
 bool DefeGhosts::raise()
 {
   bool more = comm->cutghostuser < reach();

@@ -54,6 +54,8 @@ class DefeGhosts : protected DefeComponent {
   double reach() const { return reach(largest_ball_); }
   /** More ghosts from the next exchange on, if elements have become longer or there are DEs now. */
   void provide(double longest);
+  /** The ghost cutoff is what is needed now, for elements no longer than at the last reneighbouring. */
+  bool enough() const;
   /** The ghost cutoff is certainly enough for elements of this length. */
   double provided() const;
   double largest_ball() const { return largest_ball_; }

@@ -40,6 +40,37 @@ tagint DefeIds::last_de() const
 }
 
 /* ----------------------------------------------------------------------
+   once in a run, and after others have inserted atoms: a pass over all atoms
+------------------------------------------------------------------------- */
+
+void DefeIds::look_at_all()
+{
+  if (looked) return;
+  looked = true;
+  last_here = 0;
+  foreign_lots = false;
+  const tagint last = last_de();
+  for (int i = 0; i < atom->nlocal; i++) {
+    const tagint tag = atom->tag[i];
+    last_here = MAX(last_here, tag);
+    if (!sys.store.de(i) && tag > now.base && tag <= last) foreign_lots = true;
+  }
+}
+
+tagint DefeIds::last_lot_in_use() const
+{
+  const int size = sys.model.lot_size();
+  return MAX((MAX(now.last_id, last_here) - now.base + size - 1) / size, now.last_element);
+}
+
+bigint DefeIds::highest_born(tagint last_element, bigint elements) const
+{
+  const bool behind_all = now.lots_moved || foreign_lots || !looked;
+  const bigint last_lot = behind_all ? last_lot_in_use() + elements : last_element;
+  return now.base + sys.model.lot_size() * last_lot;
+}
+
+/* ----------------------------------------------------------------------
    lots of IDs for the elements of this rank that convert now, given by ID; collective
 
    The first lots have the numbers of the elements, so that an element's DEs have the same IDs in every
@@ -50,13 +81,8 @@ tagint DefeIds::last_de() const
 
 std::vector<tagint> DefeIds::deal_lots(const std::vector<tagint> &elements)
 {
-  tagint mine[3] = {now.last_id, 0, 0}, all[3];
-  const tagint last = last_de();
-  for (int i = 0; i < atom->nlocal; i++) {
-    const tagint tag = atom->tag[i];
-    mine[0] = MAX(mine[0], tag);
-    if (!sys.store.de(i) && tag > now.base && tag <= last) mine[1] = 1;
-  }
+  look_at_all();
+  tagint mine[3] = {MAX(now.last_id, last_here), foreign_lots ? 1 : 0, 0}, all[3];
   for (tagint id : elements) mine[2] = MAX(mine[2], id);
   MPI_Allreduce(mine, all, 3, MPI_LMP_TAGINT, MPI_MAX, world);
   now.last_id = all[0];
@@ -102,9 +128,7 @@ bigint DefeIds::deal_behind_all(const std::vector<tagint> &elements,
   MPI_Scan(&count, &up_to_me, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   MPI_Allreduce(&count, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
 
-  const int size = sys.model.lot_size();
-  const bigint in_use = (static_cast<bigint>(now.last_id) - now.base + size - 1) / size;
-  const bigint first = MAX(in_use, static_cast<bigint>(now.last_element)) + 1;
+  const bigint first = static_cast<bigint>(last_lot_in_use()) + 1;
   struct Answer {
     tagint lot;
     int index;
@@ -128,6 +152,7 @@ void DefeIds::register_newcomer(int i)
     sys.ledger.external += sys.work.kinetic_energy(i);
   if (atom->tag[i] > now.base && atom->tag[i] <= now.last_born)
     doubtful_newcomers.push_back(atom->tag[i]);
+  looked = false;
 }
 
 /* ----------------------------------------------------------------------
@@ -183,6 +208,7 @@ void DefeIds::forget_newcomers()
 {
   natoms_known = atom->natoms;
   doubtful_newcomers.clear();
+  looked = false;
 }
 
 bool DefeIds::natoms_changed() const

@@ -34,6 +34,8 @@ class DefeIds : protected DefeComponent {
   void begin();
   /** Lots for the elements of this rank that convert now, given by ID; collective. */
   std::vector<tagint> deal_lots(const std::vector<tagint> &elements);
+  /** No DE has a higher ID after so many elements have converted, of which this is the last one. */
+  bigint highest_born(tagint last_element, bigint elements) const;
 
   void forget_newcomers();
   void set_natoms(bigint n) { natoms_known = n; }
@@ -55,9 +57,14 @@ class DefeIds : protected DefeComponent {
   State now{};
   bool birth = false;
   bigint natoms_known = -1;                  // at the last reneighbouring
+  bool looked = false;                       // at all atoms of this rank
+  tagint last_here = 0;                      // of these
+  bool foreign_lots = false;                 // some have IDs of lots that are still to be dealt
   std::vector<tagint> doubtful_newcomers;    // IDs of inserted atoms that a DE may have
 
   tagint last_de() const;
+  void look_at_all();
+  tagint last_lot_in_use() const;
   bigint deal_behind_all(const std::vector<tagint> &elements, std::vector<tagint> &lots) const;
 };
 

@@ -63,7 +63,7 @@ void DefeMarks::mark_asked()
   asked.at.clear();
   // a face of each has DEs before it
   if (!asked.known.empty())
-    for (const auto &one : sys.elements.exposed()) {
+    for (const auto &one : sys.elements.fronts()) {
       const DefeBatch &b = sys.elements.batches()[one.first];
       if (b.convertible && asked.known.count(b.hex[one.second]->id))
         sys.elements.mark(one.first, one.second);

@@ -58,6 +58,8 @@ void DefeOptions::read()
       read_every();
     else if (key == "collect")
       read_collect();
+    else if (key == "inplace")
+      m.in_place = yes("inplace");
     else if (key == "check")
       read_check();
     else if (key == "reproducible")
@@ -69,7 +71,7 @@ void DefeOptions::read()
     } else
       error->all(FLERR,
                  "Unknown fix defe keyword {}: use material, part, convert, strength, prestress, "
-                 "adhesive, tied, contact, shield, stress, kernel, every, collect, check, "
+                 "adhesive, tied, contact, shield, stress, kernel, every, collect, inplace, check, "
                  "reproducible or events",
                  key);
   }

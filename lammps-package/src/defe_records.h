@@ -44,7 +44,8 @@ struct HexExtra {
 };
 
 struct HexRecord : HexPod {
-  int kernel = -1;    // index into DefeElements::batches(), -1 = look it up again
+  int kernel = -1;         // index into DefeElements::batches(), -1 = look it up again
+  bool noticed = false;    // in DefeElements::noticed(), unless it has no exposed face any more
   std::unique_ptr<HexExtra> extra;
   HexExtra &with_extra()
   {

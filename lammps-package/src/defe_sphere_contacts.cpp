@@ -60,7 +60,6 @@ void DefeSphereContacts::search()
   candidates.clear();
   const auto &jt = sys.joints;
   const double *radius = atom->radius;
-  const int nall = atom->nlocal + atom->nghost;
 
   // DEs and spheres of other origin that are not much larger go into a grid; large ones, of which
   // there are few, meet all others
@@ -69,14 +68,14 @@ void DefeSphereContacts::search()
   double largest = 0.0;
   for (int i : small) largest = MAX(largest, MAX(radius[i], sys.surface.reach_of(i)));
   const double limit = 4.0 * largest;
-  for (int i = 0; i < nall; i++) {
-    if (radius[i] == 0.0 || (!jt.of_atom.empty() && jt.of_atom[i] >= 0)) continue;
+  for (int i : sys.tables.others()) {
+    if (!jt.of_atom.empty() && jt.of_atom[i] >= 0) continue;
     if (!laws.meets_des[atom->type[i]]) continue;
     (radius[i] <= limit ? small : large).push_back(i);
     if (radius[i] <= limit) largest = MAX(largest, radius[i]);
   }
   if (jt.self.empty()) return;    // spheres of other origin have no law between them
-  defe::for_near_pairs(small, large, &atom->x[0][0], 2.0 * largest + neighbor->skin,
+  defe::for_near_pairs(small, large, &atom->x[0][0], 2.0 * largest + sys.in_place.slack(),
                        [this](int i, int j) {
                          consider(i, j);
                        });
@@ -100,7 +99,7 @@ void DefeSphereContacts::consider(int i, int j)
   }
   const double reach = (with_ball ? sys.surface.reach_of(i) + sys.surface.reach_of(j)
                                   : atom->radius[i] + atom->radius[j]) +
-      neighbor->skin;
+      sys.in_place.slack();
   const double *xi = atom->x[i], *xj = atom->x[j];
   double rsq = 0.0;
   for (int k = 0; k < 3; k++) rsq += (xi[k] - xj[k]) * (xi[k] - xj[k]);

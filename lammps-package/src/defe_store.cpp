@@ -110,7 +110,7 @@ int DefeStore::DEs::unpack(int i, const double *buf)
 {
   of[i].reset();
   if (count(buf[0]) == 0) return 1;
-  of[i] = std::make_unique<DERecord>();
+  set(i, DERecord());
   return 1 + take(&buf[1], *of[i]);
 }
 
@@ -135,8 +135,7 @@ int DefeStore::Contacts::size(int i) const
 int DefeStore::Contacts::most() const
 {
   int most = 0;
-  for (int i = 0; i < atom->nlocal; i++)
-    if (of[i]) most = MAX(most, size_of_contacts(*of[i]));
+  for (int i : places(atom->nlocal)) most = MAX(most, size_of_contacts(*of[i]));
   return CONTACTS_HEAD + most;
 }
 
@@ -164,8 +163,7 @@ int DefeStore::Contacts::unpack(int i, const double *buf)
   const int cracks = count(buf[m++]);
   of[i].reset();
   if (faces + spheres + cracks == 0 && !fresh) return m;
-  of[i] = std::make_unique<AtomContacts>();
-  AtomContacts &t = *of[i];
+  AtomContacts &t = at(i);
   t.fresh = fresh;
   t.faces.resize(faces);
   t.spheres.resize(spheres);
@@ -338,8 +336,17 @@ void DefeStore::set_reference(int i, const double *x)
 
 AtomContacts &DefeStore::contacts_at(int i)
 {
-  if (!contacts.of[i]) contacts.of[i] = std::make_unique<AtomContacts>();
-  return *contacts.of[i];
+  return contacts.at(i);
+}
+
+const std::vector<int> &DefeStore::contact_atoms() const
+{
+  return contacts.places(atom->nlocal);
+}
+
+const std::vector<int> &DefeStore::de_atoms() const
+{
+  return des.places(atom->nlocal);
 }
 
 bool DefeStore::is_loose(int i) const

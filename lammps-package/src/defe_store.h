@@ -47,6 +47,40 @@ template <class T> class DefeSparseField : public DefeField {
   std::vector<std::unique_ptr<T>> of;    // by atom
 };
 
+/** Data that so few atoms have that a look at all atoms would take longer than all else that is done with them. */
+template <class T> class DefeRareField : public DefeSparseField<T> {
+ public:
+  void move(int from, int to) override
+  {
+    DefeSparseField<T>::move(from, to);
+    if (of[to]) came(to);
+  }
+  /** Of the first n atoms those that have it, in order. */
+  const std::vector<int> &places(int n) const
+  {
+    if (!in_order) std::sort(listed.begin(), listed.end());
+    in_order = true;
+    listed.erase(std::unique(listed.begin(), listed.end()), listed.end());
+    const auto gone = [this, n](int i) {
+      return i >= n || !of[i];
+    };
+    listed.erase(std::remove_if(listed.begin(), listed.end(), gone), listed.end());
+    return listed;
+  }
+
+ protected:
+  using DefeSparseField<T>::of;
+  void came(int i)
+  {
+    in_order = in_order && (listed.empty() || listed.back() <= i);
+    listed.push_back(i);
+  }
+
+ private:
+  mutable std::vector<int> listed;    // all that have it, some twice, and some that had it
+  mutable bool in_order = true;
+};
+
 /** Lists that few atoms have. */
 template <class T> class DefeListField : public DefeSparseField<std::vector<T>> {
  public:
@@ -109,7 +143,9 @@ class DefeStore : protected DefeComponent {
 
   /** Null: it is not a DE. */
   DERecord *de(int i) const { return des.of[i].get(); }
-  void set_de(int i, const DERecord &r) { des.of[i] = std::make_unique<DERecord>(r); }
+  void set_de(int i, const DERecord &r) { des.set(i, r); }
+  /** Owned atoms that are DEs, in order. */
+  const std::vector<int> &de_atoms() const;
   bool is_loose(int i) const;    // a DE that nothing holds
   bool is_node(int i) const { return !de(i) && elements_at(i) > 0; }
   bool is_ours(int i) const { return de(i) || elements_at(i) > 0; }
@@ -117,6 +153,8 @@ class DefeStore : protected DefeComponent {
   /** Contacts of an owned atom, null if it has none; and the same, made if there are none. */
   AtomContacts *contacts_of(int i) const { return contacts.of[i].get(); }
   AtomContacts &contacts_at(int i);
+  /** Owned atoms with contacts or cracks, in order. */
+  const std::vector<int> &contact_atoms() const;
 
   // what has changed since settle(): tables of local indices need to be made anew there only
 
@@ -160,17 +198,30 @@ class DefeStore : protected DefeComponent {
     int most() const override { return SIZE; }
     static constexpr int SIZE = 4;
   } frames;
-  struct DEs : DefeSparseField<DERecord> {
-    using DefeSparseField::of;
+  struct DEs : DefeRareField<DERecord> {
+    using DefeRareField::of;
+    void set(int i, const DERecord &r)
+    {
+      of[i] = std::make_unique<DERecord>(r);
+      came(i);
+    }
     int size(int i) const override { return of[i] ? 1 + SIZE : 1; }
     int pack(int i, double *buf) const override;
     int unpack(int i, const double *buf) override;
     int most() const override { return 1 + SIZE; }
     static constexpr int SIZE = doubles_of(sizeof(DERecord));
   } des;
-  struct Contacts : DefeSparseField<AtomContacts> {
-    using DefeSparseField::of;
+  struct Contacts : DefeRareField<AtomContacts> {
+    using DefeRareField::of;
     const Atom *atom = nullptr;
+    AtomContacts &at(int i)
+    {
+      if (!of[i]) {
+        of[i] = std::make_unique<AtomContacts>();
+        came(i);
+      }
+      return *of[i];
+    }
     int size(int i) const override;
     int pack(int i, double *buf) const override;
     int unpack(int i, const double *buf) override;

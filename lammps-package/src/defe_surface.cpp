@@ -124,9 +124,31 @@ void DefeSurface::build()
   pack_facet_nodes();
   planes_fresh = true;
   met.assign(atom->nlocal, 0);
+  std::vector<std::pair<int, int>> goes_on;    // contacts: atom and part
   for (const auto &p : tables.points) {
     const AtomContacts *t = sys.store.contacts_of(p.atom);
     met[p.atom] = t && !t->faces.empty();
+    if (met[p.atom]) goes_on.emplace_back(p.atom, p.part);
+  }
+  std::sort(goes_on.begin(), goes_on.end());
+  end_contacts_but(goes_on);
+}
+
+/* ----------------------------------------------------------------------
+   the face that a point touched has converted, and there is no other one near
+------------------------------------------------------------------------- */
+
+void DefeSurface::end_contacts_but(const std::vector<std::pair<int, int>> &goes_on)
+{
+  for (int i : sys.store.contact_atoms()) {
+    auto &faces = sys.store.contacts_of(i)->faces;
+    const auto ends = [&](const FaceContact &face) {
+      if (std::binary_search(goes_on.begin(), goes_on.end(), std::make_pair(i, face.part)))
+        return false;
+      sys.ledger.friction += face.tangential.stored();
+      return true;
+    };
+    faces.erase(std::remove_if(faces.begin(), faces.end(), ends), faces.end());
   }
 }
 

@@ -15,6 +15,7 @@
 
 #include <array>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -90,6 +91,7 @@ class DefeSurface : protected DefeComponent {
   double ball_depth = 0.0, ball_energy = 0.0, ball_share = 0.0;
   tagint ball_tag = 0;
 
+  void end_contacts_but(const std::vector<std::pair<int, int>> &goes_on);
   void pack_facet_nodes();
   void update_planes();
   defe::SurfaceArrays arrays(bool virial) const;

@@ -41,20 +41,28 @@ void DefeSurfaceSearch::run(defe::SurfaceTables &tables)
   all.id = atom->tag;
 
   scene.ties = &ties;
+  scene.spheres = &sys.tables.others();
   scene.factor = sys.model.contact_factor;
-  scene.skin = neighbor->skin;
+  scene.skin = sys.in_place.slack();
   scene.element_size = sys.mesh.max_diagonal();
   ties.born_loose = force->pair_match("defe/contact", 1) != nullptr;
   gather_parts();
-  gather_elements();
+  const bool few = sys.in_place.going_on() && unnoticed;
+  if (few)
+    notice_around_gone();
+  else
+    send_elements(sys.elements.exposed());
+  gather_elements(few ? sys.elements.noticed() : sys.elements.exposed());
   gather_des();
   if (update->setupflag) search.forget();    // between two runs all may have changed
   search.run(scene, tables);
-  if (sys.model.checking) check(tables);
+  if (!few) keep_noticed();
+  if (sys.model.checking) check(tables, few);
 }
 
-void DefeSurfaceSearch::check(const defe::SurfaceTables &tables) const
+void DefeSurfaceSearch::check(const defe::SurfaceTables &tables, bool among_few)
 {
+  if (among_few) gather_elements(sys.elements.exposed());
   if (!defe::search_agrees(scene, tables))
     error->one(FLERR, "Fix defe at step {}: a whole search finds other contacts on proc {}",
                update->ntimestep, comm->me);
@@ -117,38 +125,44 @@ void DefeSurfaceSearch::add_element(const HexPod &h, const int *idx)
                             static_cast<unsigned char>(free)});
 }
 
-void DefeSurfaceSearch::gather_elements()
+void DefeSurfaceSearch::gather_elements(const List &list)
 {
-  const bool ghosts = sys.ghosts.any();
   scene.elements.clear();
-  ghost_idx.clear();
-  exposed.first.assign(ghosts ? atom->nlocal + 1 : 0, 0);
-  exposed.ghosts.clear();
-  const auto &list = sys.elements.exposed();
   scene.elements.reserve(list.size());
   for (const auto &e : list) {
     const auto &b = sys.elements.batches()[e.first];
-    const auto &nodes = b.nodes(e.second);
-    add_element(*b.hex[e.second], nodes.data());
-    if (ghosts) exposed.first[nodes[0] + 1]++;
+    add_element(*b.hex[e.second], b.nodes(e.second).data());
   }
-  if (!ghosts) return;
+  if (sys.ghosts.any()) add_ghost_elements();
+}
+
+/* ----------------------------------------------------------------------
+   to the ranks around, by their first nodes, and what comes from there
+------------------------------------------------------------------------- */
+
+void DefeSurfaceSearch::send_elements(const List &list)
+{
+  exposed.ghosts.clear();
+  if (!sys.ghosts.any()) return;
   auto &first = exposed.first;
+  first.assign(atom->nlocal + 1, 0);
+  const auto first_node = [this](const List::value_type &e) {
+    return sys.elements.batches()[e.first].nodes(e.second)[0];
+  };
+  for (const auto &e : list) first[first_node(e) + 1]++;
   for (int i = 0; i < atom->nlocal; i++) first[i + 1] += first[i];
   std::vector<int> next(first.begin(), first.end() - 1);
   exposed.own.resize(list.size());
-  for (const auto &e : list) {
-    const auto &b = sys.elements.batches()[e.first];
-    exposed.own[next[b.nodes(e.second)[0]]++] = b.hex[e.second];
-  }
-  gather_ghost_elements();
-}
-
-void DefeSurfaceSearch::gather_ghost_elements()
-{
+  for (const auto &e : list)
+    exposed.own[next[first_node(e)]++] = sys.elements.batches()[e.first].hex[e.second];
   const int rounds = sys.mesh.hexes_per_node();
   for (exposed.round = 0; exposed.round < rounds; exposed.round++)
     sys.ghosts.forward(exposed, MESSAGE_SIZE);
+}
+
+void DefeSurfaceSearch::add_ghost_elements()
+{
+  ghost_idx.clear();
   std::vector<int> anchors;
   for (const auto &s : exposed.ghosts) anchors.push_back(s.first);
   std::sort(anchors.begin(), anchors.end());
@@ -172,6 +186,85 @@ void DefeSurfaceSearch::gather_ghost_elements()
       ghost_idx.push_back(idx);
       add_element(h, ghost_idx.back().data());
     }
+}
+
+/* ----------------------------------------------------------------------
+   A search among all has left most elements aside, with nothing beside them. Until the next one they matter only if
+   something new comes near: what converts, and what that lays bare.
+------------------------------------------------------------------------- */
+
+/** From an element that converts to the middle of one that its DEs, or faces that it lays bare, may touch: two halves and what contacts
+    reach (neighbourhoods of facets, at most two diagonals), stretched, and what they have moved. */
+double DefeSurfaceSearch::far() const
+{
+  return 4.0 * sys.mesh.max_diagonal() + 2.0 * scene.skin;
+}
+
+void DefeSurfaceSearch::keep_noticed()
+{
+  unnoticed.reset();
+  if (!sys.in_place.allowed()) return;
+  std::vector<char> which(scene.elements.size());
+  search.find_noticed(which);
+  sys.elements.notice_only(which);
+  std::vector<Unnoticed> rest;
+  for (const auto &e : sys.elements.exposed()) {
+    const DefeBatch &b = sys.elements.batches()[e.first];
+    const HexRecord &h = *b.hex[e.second];
+    if (h.noticed) continue;
+    Unnoticed one{{0.0, 0.0, 0.0}, h.node[0], h.id};
+    for (int i : b.nodes(e.second))
+      for (int k = 0; k < 3; k++) one.x[k] += 0.125 * atom->x[i][k];
+    rest.push_back(one);
+  }
+  unnoticed = std::make_unique<const defe::CellList<Unnoticed>>(std::move(rest), far());
+}
+
+void DefeSurfaceSearch::notice_around_gone()
+{
+  std::vector<int> nodes;
+  const double limit = far() * far();
+  for (const auto &one : gone) {
+    Vec3 centre = Vec3::Zero();
+    for (int a = 0; a < 8; a++) {
+      for (int k = 0; k < 3; k++) centre[k] += 0.125 * one.x[a][k];
+      const int i = sys.ids.local_of(static_cast<tagint>(one.node[a]));
+      if (i >= 0) nodes.push_back(i);
+    }
+    unnoticed->runs_around(centre.data(), [&](int first, int last) {
+      for (int c = first; c < last; c++) {
+        const Unnoticed &other = unnoticed->all()[c];
+        if ((Vec3(other.x) - centre).squaredNorm() > limit) continue;
+        const int i = sys.ids.local_of(other.first);
+        if (i < 0 || i >= atom->nlocal) continue;
+        for (const auto &h : sys.store.hexes(i))
+          if (h.id == other.id && !h.noticed) add_nodes(h, nodes);
+      }
+    });
+  }
+  // and those beside them: whether the surface goes on beyond an edge is seen from there
+  const size_t known = sys.elements.noticed().size();
+  sys.elements.notice_at(nodes);
+  nodes.clear();
+  const auto &list = sys.elements.noticed();
+  for (size_t k = known; k < list.size(); k++)
+    add_nodes(*sys.elements.batches()[list[k].first].hex[list[k].second], nodes);
+  sys.elements.notice_at(nodes);
+
+  // ghosts have moved in memory
+  const int shift = sys.in_place.shift();
+  if (shift == 0 || exposed.ghosts.empty()) return;
+  decltype(exposed.ghosts) shifted;
+  for (auto &at : exposed.ghosts) shifted[at.first + shift] = std::move(at.second);
+  exposed.ghosts = std::move(shifted);
+}
+
+void DefeSurfaceSearch::add_nodes(const HexPod &h, std::vector<int> &nodes) const
+{
+  for (tagint node : h.node) {
+    const int i = sys.ids.local_of(node);
+    if (i >= 0) nodes.push_back(i);
+  }
 }
 
 /* ----------------------------------------------------------------------

@@ -12,18 +12,21 @@
 #include "defe_records.h"
 #include "defe_store.h"
 
+#include "defe/coupling/bins.h"
 #include "defe/coupling/conversion_plan.h"
 #include "defe/coupling/surface_search.h"
 
 #include <array>
 #include <deque>
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
 namespace LAMMPS_NS {
 
 /** Lets the search see the mesh and the DEs of this rank and what comes from the ranks around; once per
-    reneighbouring. */
+    reneighbouring. After a conversion in place it sees those elements only beside which there is something, since most of a surface
+    meets nothing. */
 class DefeSurfaceSearch : protected DefeComponent {
  public:
   explicit DefeSurfaceSearch(DefeSystem &);
@@ -41,12 +44,25 @@ class DefeSurfaceSearch : protected DefeComponent {
   defe::SurfaceScene scene;
   std::deque<std::array<int, 8>> ghost_idx;
 
-  void gather_elements();
-  void gather_ghost_elements();
+  using List = std::vector<std::pair<int, int>>;    // as in DefeElements
+  void gather_elements(const List &);
+  void send_elements(const List &);
+  void add_ghost_elements();
   void add_element(const HexPod &, const int *idx);
+  void keep_noticed();
+  void notice_around_gone();
+  void add_nodes(const HexPod &, std::vector<int> &) const;
   void gather_des();
   void gather_parts();
-  void check(const defe::SurfaceTables &) const;
+  void check(const defe::SurfaceTables &, bool among_few);
+
+  // elements with exposed faces that nothing was beside in the last search among all
+  struct Unnoticed {
+    double x[3];
+    tagint first, id;    // its first node, and its own
+  };
+  std::unique_ptr<const defe::CellList<Unnoticed>> unnoticed;
+  double far() const;
 
   class Ties : public defe::SurfaceTies {
    public:

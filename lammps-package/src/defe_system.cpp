@@ -17,9 +17,9 @@ DefeSystem::DefeSystem(LAMMPS *lammps, Fix *fix) :
     lmp(lammps), host(fix), clock(*this), store(*this), kept(*this), strengths(*this),
     prestress(*this), tied(*this), tied_des(*this), ids(*this), census(*this), mesh(*this),
     hexes_file(*this), elements(*this), ghosts(*this), tables(*this), sums(*this), surface(*this),
-    marks(*this), conversion(*this), work(*this), account(*this), events(*this), checks(*this),
-    audit(*this), watch(*this), energy_watch(*this), notes(*this), script(*this), restart(*this),
-    picture(*this)
+    marks(*this), conversion(*this), in_place(*this), work(*this), account(*this), events(*this),
+    checks(*this), audit(*this), watch(*this), energy_watch(*this), notes(*this), script(*this),
+    restart(*this), picture(*this)
 {
   store.add_field(&kept);
 }

@@ -20,6 +20,7 @@
 #include "defe_ghosts.h"
 #include "defe_hexes_file.h"
 #include "defe_ids.h"
+#include "defe_in_place.h"
 #include "defe_joint_table.h"
 #include "defe_kept.h"
 #include "defe_marks.h"
@@ -84,6 +85,7 @@ struct DefeSystem {
   DefeSurface surface;
   DefeMarks marks;
   DefeConversion conversion;
+  DefeInPlace in_place;
 
   defe::EnergyLedger ledger;
   defe::StoredEnergy stored;    // set by the pair style

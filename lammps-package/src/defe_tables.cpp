@@ -12,6 +12,8 @@
 #include "error.h"
 #include "update.h"
 
+#include <algorithm>
+
 using namespace LAMMPS_NS;
 using defe::Vec3;
 
@@ -26,12 +28,12 @@ void DefeTables::build()
   sys.account.begin_run();
   if (sys.ids.natoms_changed()) sys.ids.check_newcomers();
   update_frames();
+  sys.work.list_forced();
   sys.elements.build();
   sys.tied.build();
   sys.strengths.elements_listed();
   build_joints();
   sys.strengths.joints_listed();
-  sys.work.list_forced();
   sys.surface.build();
   built_++;
   sys.account.forget();
@@ -61,25 +63,83 @@ void DefeTables::update_frames()
   const int nall = nlocal + atom->nghost;
   const auto at_home = (static_cast<imageint>(IMGMAX) << IMG2BITS) |
       (static_cast<imageint>(IMGMAX) << IMGBITS) | IMGMAX;
-  const bool known = sys.elements.repairable();    // no images, and new atoms have brought it along
-  for (int i = 0; i < nlocal && !known; i++) {
+  const auto update_frame = [&](int i) {
     double *X = sys.store.x_frame(i);
     for (int k = 0; k < 3; k++) X[k] = sys.store.x_ref(i)[k];
     if (atom->image[i] != at_home) domain->unmap_inv(X, atom->image[i]);
-  }
-  outer.reach.assign(nall, 0.0);
-  outer.length.assign(nall, 0.0);
-  outer.glued.assign(nall, 0);
-  for (int i = 0; i < nlocal; i++) {
-    if (i + 6 < nlocal) __builtin_prefetch(sys.store.de(i + 6));
+  };
+  if (sys.elements.repairable()) {    // the others are in the images in which they were
+    for (int i : sys.store.changed())
+      if (i < nlocal) update_frame(i);
+  } else
+    for (int i = 0; i < nlocal; i++) update_frame(i);
+  outer.clear();
+  outer.resize(nall);
+  find_others();
+  const auto &des = sys.store.de_atoms();
+  for (size_t k = 0; k < des.size(); k++) {
+    if (k + 6 < des.size()) __builtin_prefetch(sys.store.de(des[k + 6]));
+    const int i = des[k];
     const DERecord *r = sys.store.de(i);
-    if (!r) continue;
-    outer.reach[i] = r->outer_distance;
-    outer.length[i] =
-        sys.model.parts[r->part].split.half() * r->outer_area * r->outer_area / r->volume;
-    if (sys.tied_des.of_de(i)) outer.glued[i] = r->part + 1;
+    outer.set(i, r->outer_distance,
+              sys.model.parts[r->part].split.half() * r->outer_area * r->outer_area / r->volume,
+              sys.tied_des.of_de(i) ? r->part + 1 : 0);
   }
   sys.ghosts.forward(outer, Outer::SIZE);
+}
+
+/* ----------------------------------------------------------------------
+   most atoms are nodes, and are left alone
+------------------------------------------------------------------------- */
+
+void DefeTables::Outer::set(int i, double distance, double its_length, int glue)
+{
+  known.push_back(i);
+  reach[i] = distance;
+  length[i] = its_length;
+  glued[i] = glue;
+}
+
+void DefeTables::Outer::clear()
+{
+  for (int i : known) {
+    reach[i] = length[i] = 0.0;
+    glued[i] = 0;
+  }
+  known.clear();
+}
+
+void DefeTables::Outer::resize(int n)
+{
+  reach.resize(n, 0.0);
+  length.resize(n, 0.0);
+  glued.resize(n, 0);
+}
+
+/* ----------------------------------------------------------------------
+   spheres that are no DEs, owned and ghost
+------------------------------------------------------------------------- */
+
+void DefeTables::find_others()
+{
+  const int nall = atom->nlocal + atom->nghost;
+  const auto is_one = [this](int i) {
+    return atom->radius[i] > 0.0 && !(i < atom->nlocal && sys.store.de(i));
+  };
+  if (!sys.in_place.going_on()) {
+    others_.clear();
+    for (int i = 0; i < nall; i++)
+      if (is_one(i)) others_.push_back(i);
+    return;
+  }
+  others_.erase(std::remove_if(others_.begin(), others_.end(),
+                               [this](int i) {
+                                 return sys.store.changed(i);
+                               }),
+                others_.end());
+  for (int i : sys.store.changed())
+    if (i < nall && is_one(i)) others_.push_back(i);
+  std::sort(others_.begin(), others_.end());
 }
 
 bool DefeTables::glued(int i, int j) const
@@ -105,9 +165,8 @@ void DefeTables::Outer::unpack_forward(int n, int first, const double *buf)
   int m = 0;
   for (int i = first; i < first + n; i++) {
     for (int k = 0; k < 3; k++) sys.store.x_frame(i)[k] = buf[m++];
-    reach[i] = buf[m++];
-    length[i] = buf[m++];
-    glued[i] = static_cast<int>(ubuf(buf[m++]).i);
+    if (buf[m] > 0.0) set(i, buf[m], buf[m + 1], static_cast<int>(ubuf(buf[m + 2]).i));
+    m += 3;
   }
 }
 
@@ -124,14 +183,15 @@ void DefeTables::build_joints()
   tied_.clear();
   first_tied_.assign(1, 0);
   outer_area_.clear();
-  jt.of_atom.assign(nlocal + atom->nghost, -1);
+  jt.of_atom.resize(nlocal + atom->nghost, -1);
   if (sys.census.des() == 0) return;
   auto &ortho = ortho_drafts, &general = general_drafts;
   ortho.clear();
   general.clear();
-  for (int i = 0; i < nlocal; i++) {
-    if (!sys.store.de(i)) continue;
-    if (i + 2 < nlocal) prefetch(sys.store.de(i + 2));
+  const auto &des = sys.store.de_atoms();
+  for (size_t k = 0; k < des.size(); k++) {
+    if (k + 2 < des.size()) prefetch(sys.store.de(des[k + 2]));
+    const int i = des[k];
     Draft draft;
     defe::GeneralCell cell;
     draft_cell(i, draft, cell);

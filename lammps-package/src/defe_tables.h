@@ -31,6 +31,8 @@ class DefeTables : protected DefeComponent {
   const std::vector<double> &outer_length() const { return outer.length; }
   /** Two DEs at tied surfaces of two parts: the ties bear their pressure (DefeTiedDEs). */
   bool glued(int i, int j) const;
+  /** Spheres that are no DEs, owned and ghost, in order; ghosts of DEs among them. */
+  const std::vector<int> &others() const { return others_; }
 
   // what joints were ties from the start of a DE, broken ones too: few, while its record is large and far away
 
@@ -65,6 +67,8 @@ class DefeTables : protected DefeComponent {
   void list_des(const std::vector<Draft> &ortho, const std::vector<Draft> &general);
   void fill_slots(int d);
   void add_tie(int d, int s);
+  void find_others();
+  std::vector<int> others_;
   std::vector<Tied> tied_;
   std::vector<int> first_tied_;
   std::vector<double> outer_area_;
@@ -74,12 +78,16 @@ class DefeTables : protected DefeComponent {
     explicit Outer(DefeSystem &s) : sys(s) {}
     std::vector<double> reach, length;
     std::vector<int> glued;    // 1 + part of DEs that a surface ties; else 0
+    void clear();
+    void resize(int n);
+    void set(int i, double distance, double its_length, int glue);
     static constexpr int SIZE = 6;
     int pack_forward(int n, const int *list, const double *shift, double *buf) override;
     void unpack_forward(int n, int first, const double *buf) override;
 
    private:
     DefeSystem &sys;
+    std::vector<int> known;    // DEs
   } outer;
 };
 

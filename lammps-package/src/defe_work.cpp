@@ -102,9 +102,26 @@ void DefeWork::find_forced_groups()
 
 void DefeWork::list_forced()
 {
-  forced_.clear();
-  for (int i = 0; i < atom->nlocal; i++)
-    if ((atom->mask[i] & forced_bits) && in_account(i)) forced_.push_back(i);
+  const auto is_one = [this](int i) {
+    return (atom->mask[i] & forced_bits) && in_account(i);
+  };
+  if (!sys.in_place.going_on()) {
+    forced_.clear();
+    for (int i = 0; i < atom->nlocal && forced_bits; i++)
+      if (is_one(i)) forced_.push_back(i);
+    return;
+  }
+  const auto &store = sys.store;
+  forced_.erase(std::remove_if(forced_.begin(), forced_.end(),
+                               [&store](int i) {
+                                 return store.changed(i);
+                               }),
+                forced_.end());
+  const auto kept = static_cast<std::ptrdiff_t>(forced_.size());
+  for (int i : store.changed())
+    if (i < atom->nlocal && is_one(i)) forced_.push_back(i);
+  std::sort(forced_.begin() + kept, forced_.end());
+  std::inplace_merge(forced_.begin(), forced_.begin() + kept, forced_.end());
 }
 
 /* ----------------------------------------------------------------------

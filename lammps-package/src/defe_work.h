@@ -24,7 +24,7 @@ class DefeWork : protected DefeComponent {
   double kinetic_energy(int i) const;
 
   void find_forced_groups();
-  void list_forced();    // with the neighbour lists
+  void list_forced();    // with the neighbour lists, before DefeStore::settle()
   /** Up to here all forces are those of DEFE. */
   void keep_internal();
   /** True if it is the first one after a setup. */

@@ -164,6 +164,7 @@ void FixDefe::setup_pre_exchange()
 
 void FixDefe::setup(int vflag)
 {
+  sys.in_place.look_at_commands();
   sys.work.after_setup();
   sys.kept.set_up();
   if (sys.model.contact()) sys.surface.report();
@@ -186,12 +187,13 @@ void FixDefe::initial_integrate(int /*vflag*/)
 }
 
 /* ----------------------------------------------------------------------
-   the last moment before LAMMPS decides whether to reneighbour
+   the last moment before LAMMPS decides whether to reneighbour: not for what converts, if it needs none
 ------------------------------------------------------------------------- */
 
 void FixDefe::post_integrate()
 {
   sys.marks.answer();
+  if (sys.marks.due()) sys.conversion.convert_in_place();
 }
 
 /* ----------------------------------------------------------------------
@@ -203,10 +205,7 @@ void FixDefe::pre_exchange()
   sys.watch.walls();
   sys.store.update_maxexchange();
   const double longest = sys.elements.longest();
-  if (sys.marks.due()) {
-    sys.marks.done();
-    sys.conversion.convert();
-  }
+  if (sys.marks.due()) sys.conversion.convert();
   sys.ghosts.provide(longest);
 }
 

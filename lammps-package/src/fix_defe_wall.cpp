@@ -214,7 +214,7 @@ void FixDefeWall::pre_neighbor()
   if (region) region->prematch();
   double **x = atom->x;
   const int *mask = atom->mask;
-  const double skin = neighbor->skin;
+  const double skin = sys->in_place.slack();
 
   const auto bulk_of = [&](int part) {
     const auto &m = sys->model.material_of(sys->model.parts[part]);

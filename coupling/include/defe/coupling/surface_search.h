@@ -66,6 +66,8 @@ struct SurfaceScene {
 
   std::vector<SurfaceElement> elements;    ///< own ones first, in any order
   SurfaceDEs des;
+  /// Spheres that are no DEs are among these particles, owned and ghost; null: among all.
+  const std::vector<int> *spheres = nullptr;
   std::vector<SurfacePart> parts;
   /// Parts whose surfaces are glued (tied_surfaces.h): their nodes and facets that were beside each other have no contact.
   std::vector<std::pair<int, int>> tied_parts;
@@ -91,6 +93,11 @@ class SurfaceSearch {
   /// nodes among these points; their planes are of the positions now.
   void run(const SurfaceScene &, SurfaceTables &);
 
+  /// Of the elements of the scene: those with a facet that something else was in the neighbourhood of, and those that share
+  /// a node with such a facet; 0 or 1. Until anything has moved by half the skin, or there is something new, a search among these
+  /// alone finds what one among all does.
+  void find_noticed(std::vector<char> &elements) const;
+
   /// The next search takes nothing from the last one.
   void forget();
 
@@ -105,7 +112,8 @@ class SurfaceSearch {
   std::unique_ptr<Work> work;
 };
 
-/// To check a search that has kept pairs: whether a whole one fills the tables with the same, to the last bit.
+/// To check a search that has kept pairs, or that was one among the noticed elements only: whether a whole one among the elements of
+/// this scene fills the tables with the same, to the last bit, but for the order of facets.
 bool search_agrees(const SurfaceScene &, const SurfaceTables &);
 
 }    // namespace defe

@@ -67,7 +67,7 @@ class ElementBatch {
            const HexCoords *stress_free = nullptr);
   /// The last element takes the place of element e.
   void remove(int e);
-  /// After the last one: gives back memory that is far too much, and bounds are 0.
+  /// After the last one: gives back memory that is far too much. Bounds of new elements are 0.
   void finish();
 
   /// What forces() adds besides the forces; null pointers and a grid that is off cost nothing.

@@ -1,0 +1,223 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "defe_in_place.h"
+
+#include "defe_system.h"
+
+#include "atom.h"
+#include "atom_vec.h"
+#include "comm.h"
+#include "comm_brick.h"
+#include "domain.h"
+#include "fix.h"
+#include "modify.h"
+#include "neighbor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <typeinfo>
+#include <unordered_set>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+// members of LAMMPS' classes that are protected: it has no functions for single atoms that come and go
+
+struct Map : Atom {
+  static bool has_room(const Atom *atom, int n, tagint last)
+  {
+    if (atom->nlocal + atom->nghost + n > atom->*(&Map::max_same)) return false;
+    if (atom->map_style == Atom::MAP_ARRAY) return last <= atom->map_tag_max;
+    return atom->*(&Map::map_nused) + n <= atom->*(&Map::map_nhash);
+  }
+  static void remove(Atom *atom, tagint tag)
+  {
+    if (atom->map_style == Atom::MAP_ARRAY) {
+      atom->map_one(tag, -1);
+      return;
+    }
+    HashElem *const hash = atom->*(&Map::map_hash);
+    int *link = &(atom->*(&Map::map_bucket))[tag % atom->*(&Map::map_nbucket)];
+    while (*link >= 0 && hash[*link].global != tag) link = &hash[*link].next;
+    if (*link < 0) return;
+    const int entry = *link;
+    *link = hash[entry].next;
+    hash[entry].next = atom->*(&Map::map_free);
+    atom->*(&Map::map_free) = entry;
+    (atom->*(&Map::map_nused))--;
+  }
+};
+
+struct Lists : Neighbor {
+  static int room(const Neighbor *neighbor) { return neighbor->*(&Lists::maxhold); }
+};
+
+struct Swaps : CommBrick {
+  static int count(const CommBrick *comm) { return comm->*(&Swaps::nswap); }
+  static int &first(CommBrick *comm, int swap) { return (comm->*(&Swaps::firstrecv))[swap]; }
+  static int sent(const CommBrick *comm, int swap) { return (comm->*(&Swaps::sendnum))[swap]; }
+  static int *list(CommBrick *comm, int swap) { return (comm->*(&Swaps::sendlist))[swap]; }
+};
+
+}    // namespace
+
+/* ----------------------------------------------------------------------
+   who else has something that a reneighbouring would have to make anew
+------------------------------------------------------------------------- */
+
+void DefeInPlace::look_at_commands()
+{
+  int lists_of_ours = 0;
+  for (auto *ifix : modify->get_fix_list())
+    if (ifix == sys.host || utils::strmatch(ifix->style, "^defe/wall")) lists_of_ours++;
+  const bool alone =
+      comm->nprocs == 1 && !domain->xperiodic && !domain->yperiodic && !domain->zperiodic;
+  allowed_ = sys.model.in_place && neighbor->nlist == 0 && neighbor->includegroup == 0 &&
+      modify->n_post_integrate == 1 && modify->n_pre_neighbor == lists_of_ours &&
+      modify->n_post_neighbor == 0 && atom->molecular == Atom::ATOMIC && atom->firstgroup < 0 &&
+      (alone || typeid(*comm) == typeid(CommBrick));
+}
+
+double DefeInPlace::slack() const
+{
+  return allowed_ ? 2.0 * neighbor->skin : neighbor->skin;
+}
+
+bool DefeInPlace::possible() const
+{
+  if (!allowed_ || sys.census.des() == 0 || !sys.ghosts.enough()) return false;
+  tagint mine[3] = {0, 0, 0}, all[3];    // some are too near a border; elements; the last of them
+  int born = 0;
+  for (const auto &one : sys.elements.marked()) {
+    const DefeBatch &b = sys.elements.batches()[one.first];
+    for (int i : b.nodes(one.second))
+      if (!away_from_borders(i)) mine[0] = 1;
+    born += sys.model.parts[b.part()].split.des();
+    mine[2] = MAX(mine[2], b.hex[one.second]->id);
+  }
+  mine[1] = static_cast<tagint>(sys.elements.marked().size());
+  tagint count = 0;
+  MPI_Allreduce(&mine[1], &count, 1, MPI_LMP_TAGINT, MPI_SUM, world);
+  MPI_Allreduce(mine, all, 3, MPI_LMP_TAGINT, MPI_MAX, world);
+  if (all[0]) return false;
+  const bigint last = sys.ids.highest_born(all[2], count);
+  const int room = MIN(atom->nmax, Lists::room(neighbor));
+  int fits = last <= MAXTAGINT && Map::has_room(atom, born, static_cast<tagint>(last)) &&
+      (!neighbor->dist_check || atom->nlocal + atom->nghost + born <= room);
+  MPI_Allreduce(MPI_IN_PLACE, &fits, 1, MPI_INT, MPI_MIN, world);
+  return fits != 0;
+}
+
+/* ----------------------------------------------------------------------
+   other ranks, and images of this one, know nothing of what happens farther inside than ghosts come from
+------------------------------------------------------------------------- */
+
+bool DefeInPlace::away_from_borders(int i) const
+{
+  if (i >= atom->nlocal) return false;
+  for (int d = 0; d < 3; d++) {
+    const double far = MAX(comm->cutghost[d], sys.ghosts.reach()) + neighbor->skin;
+    const bool low = comm->myloc[d] > 0 || domain->periodicity[d];
+    const bool high = comm->myloc[d] < comm->procgrid[d] - 1 || domain->periodicity[d];
+    if (low && atom->x[i][d] < domain->sublo[d] + far) return false;
+    if (high && atom->x[i][d] > domain->subhi[d] - far) return false;
+  }
+  return true;
+}
+
+/* ----------------------------------------------------------------------
+   atoms go
+------------------------------------------------------------------------- */
+
+void DefeInPlace::begin()
+{
+  going_on_ = true;
+  listed = atom->nlocal;
+  place_before.clear();
+}
+
+void DefeInPlace::remove(tagint tag)
+{
+  Map::remove(atom, tag);
+}
+
+void DefeInPlace::moved(int from, int to)
+{
+  const auto before = place_before.find(from);
+  place_before[to] = before == place_before.end() ? from : before->second;
+  if (before != place_before.end()) place_before.erase(from);
+  atom->map_one(atom->tag[to], to);
+  atom->sametag[to] = atom->sametag[from];
+  if (neighbor->dist_check) std::copy_n(neighbor->get_xhold()[from], 3, neighbor->get_xhold()[to]);
+}
+
+/* ----------------------------------------------------------------------
+   ghosts follow the last local atom
+------------------------------------------------------------------------- */
+
+void DefeInPlace::make_room(int born)
+{
+  shift_ = atom->nlocal + born - listed;
+  if (atom->nghost == 0) return;
+  shift_ghosts(shift_);
+  shift_messages(shift_);
+}
+
+void DefeInPlace::shift_ghosts(int by)
+{
+  if (by == 0) return;
+  int *const sametag = atom->sametag;
+  const auto move = [&](int i) {
+    atom->avec->copy(i, i + by, 0);
+    sametag[i + by] = sametag[i] < 0 ? -1 : sametag[i] + by;
+  };
+  const int end = listed + atom->nghost;
+  if (by > 0)
+    for (int i = end - 1; i >= listed; i--) move(i);
+  else
+    for (int i = listed; i < end; i++) move(i);
+
+  // the map knows of all atoms with one ID the first, and local ones are before ghosts
+  std::unordered_set<int> owned;
+  for (int i = end - 1 + by; i >= listed + by; i--) {
+    const int first = atom->map(atom->tag[i]);
+    if (first >= 0 && first < atom->nlocal)
+      owned.insert(first);
+    else
+      atom->map_one(atom->tag[i], i);
+  }
+  for (int i : owned) sametag[i] += by;
+}
+
+/* ----------------------------------------------------------------------
+   what goes to other ranks, and where that which comes from them goes
+------------------------------------------------------------------------- */
+
+void DefeInPlace::shift_messages(int by)
+{
+  auto *const brick = dynamic_cast<CommBrick *>(comm);
+  std::unordered_map<int, int> place_now;
+  for (const auto &one : place_before) place_now[one.second] = one.first;
+  for (int swap = 0; brick && swap < Swaps::count(brick); swap++) {
+    int *const list = Swaps::list(brick, swap);
+    for (int k = 0; k < Swaps::sent(brick, swap); k++)
+      if (list[k] >= listed)
+        list[k] += by;
+      else if (!place_now.empty() && place_now.count(list[k]))
+        list[k] = place_now[list[k]];
+    Swaps::first(brick, swap) += by;
+  }
+}
+
+void DefeInPlace::add(int i)
+{
+  atom->map_tag_max = MAX(atom->map_tag_max, atom->tag[i]);    // of a hash; an array has the room
+  atom->map_one(atom->tag[i], i);
+  atom->sametag[i] = -1;
+  if (neighbor->dist_check) std::copy_n(atom->x[i], 3, neighbor->get_xhold()[i]);
+}

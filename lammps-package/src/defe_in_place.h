@@ -1,0 +1,63 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#ifndef LMP_DEFE_IN_PLACE_H
+#define LMP_DEFE_IN_PLACE_H
+
+#include "defe_component.h"
+
+#include <unordered_map>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/** Conversions without a reneighbouring, which takes passes over all atoms while a few of them change. Atoms come and go between
+    the local ones and the ghosts, and what LAMMPS knows by their indices follows: its map, its lists of what goes to other
+    ranks, its positions at the last reneighbouring. Only far from the borders of sub-domains, where no other rank knows
+    these atoms, and only if nobody has lists of neighbours. */
+class DefeInPlace : protected DefeComponent {
+ public:
+  using DefeComponent::DefeComponent;
+
+  /** Before a run. */
+  void look_at_commands();
+  /** No set-up command of LAMMPS forbids it. */
+  bool allowed() const { return allowed_; }
+  /** The elements that are marked now can convert so; collective. */
+  bool possible() const;
+
+  // one conversion, in this order
+
+  void begin();
+  bool going_on() const { return going_on_; }
+  /** A node goes, while it is still at its place; and the last local atom has been copied to a place that is free now. */
+  void remove(tagint);
+  void moved(int from, int to);
+  /** All that go have gone: ghosts make room for so many DEs. */
+  void make_room(int born);
+  void add(int i);                        // a DE, with its ID
+  int shift() const { return shift_; }    // of ghosts
+  void end() { going_on_ = false; }
+
+  /** What the tables must allow for, as they are made at the positions of now: how much nearer two atoms may come until they are
+      made again. Atoms that have moved by half the skin since the last reneighbouring may move back, and on. */
+  double slack() const;
+
+ private:
+  bool allowed_ = false, going_on_ = false;
+  int listed = 0;    // local atoms before
+  int shift_ = 0;
+  std::unordered_map<int, int> place_before;    // of atoms that were moved, by where they are
+
+  bool away_from_borders(int node) const;
+  bool fits(tagint &last_id) const;
+  void shift_ghosts(int by);
+  void shift_messages(int by);
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

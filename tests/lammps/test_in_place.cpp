@@ -1,0 +1,205 @@
+// Conversions in place: far from the borders of sub-domains they need no reneighbouring, and nothing else differs.
+
+#include "cracking_beam.h"
+
+#include "neighbor.h"
+
+using namespace defe::test;
+using defe::Vec3;
+
+namespace {
+
+constexpr int last = 220;
+
+/// A beam that stands across, 20 mm from the nearest border of up to four ranks side by side, or upon one; others have a block
+/// that stays whole.
+struct Scene {
+  std::string options;
+  bool at_border = false;
+  std::string map = "yes";
+  std::string more;    // commands before the run
+  std::string boundary = "f f f";
+  std::string processors = "* 1 1";
+
+  Block block() const
+  {
+    Block b = cracking_beam();
+    b.boundary = boundary;
+    b.processors = processors;
+    std::copy_n(std::initializer_list<int>{5, 16, 2}.begin(), 3, b.n);
+    b.lo[0] = at_border ? 0.065 : 0.04;
+    b.box_lo[0] = -0.03;
+    b.box_hi[0] = 0.17;
+    b.box_hi[1] = 0.052;
+    b.options = "check yes contact 0.2 " + options;
+    return b;
+  }
+  std::string header() const { return "atom_modify map " + map + "\n"; }
+};
+
+void bend_across(Lammps &lmp, const Block &block)
+{
+  lmp.change([&](Particle &p) {
+    if (p.x[0] > 0.12) return;
+    const double s = (p.x[1] - block.centre()[1]) / 0.016;
+    p.v = Vec3(12.0 * (s * s - 1.0 / 3.0), 0.0, 0.0) + 0.1 * random_of(p.tag, 8);
+  });
+}
+
+struct Outcome {
+  History events;
+  Particles particles;
+  bigint builds;    // of neighbour lists
+  double energy;
+};
+
+Outcome run(const Scene &scene, MPI_Comm comm = MPI_COMM_WORLD)
+{
+  const std::string file = size_of(comm) == 1 ? "in_place.one.txt" : "in_place.txt";
+  remove_file(file, comm);
+  Outcome outcome;
+  {
+    Block block = scene.block();
+    block.options += " events " + file;
+    Lammps lmp(comm);
+    lmp.commands(block.header() + scene.header() + block.box() + block.fix() + block.mesh() +
+                 "create_hexes fe glass 1 x 0.13 5 0.14 y 0 10 0.02 z 0 2 0.004\n" +
+                 block.motion() + scene.more);
+    bend_across(lmp, block);
+    lmp.run(last);
+    outcome.particles = lmp.particles();
+    outcome.builds = lmp->neighbor->ncalls;
+    outcome.energy = lmp.fe(TOTAL);
+  }
+  MPI_Barrier(comm);
+  outcome.events = history(file);
+  MPI_Barrier(comm);    // all have read it before it is written anew
+  return outcome;
+}
+
+int steps_of_conversion(const History &events)
+{
+  int count = 0;
+  long before = -1;
+  for (const auto &e : events)
+    if (std::get<1>(e) == "convert" && std::get<0>(e) != before) {
+      before = std::get<0>(e);
+      count++;
+    }
+  return count;
+}
+
+void expect_same(const Outcome &a, const Outcome &b)
+{
+  EXPECT_EQ(a.events, b.events);
+  EXPECT_EQ(a.energy, b.energy);
+  ASSERT_EQ(a.particles.size(), b.particles.size());
+  for (auto p = a.particles.begin(), q = b.particles.begin(); p != a.particles.end(); ++p, ++q) {
+    ASSERT_EQ(p->first, q->first);
+    ASSERT_EQ(p->second.x, q->second.x) << "atom " << p->first;
+    ASSERT_EQ(p->second.v, q->second.v) << "atom " << p->first;
+  }
+}
+
+}    // namespace
+
+// The same to the last bit, with exact sums: LAMMPS' lists are made anew at other steps, and atoms are in another order.
+TEST(InPlace, NothingElseDiffers)
+{
+  for (const std::string map : {"array", "hash"}) {
+    SCOPED_TRACE("map " + map);
+    Scene scene;
+    scene.map = map;
+    scene.options = "reproducible yes inplace no";
+    const auto by_lists = run(scene);
+    const int conversions = steps_of_conversion(by_lists.events);
+    ASSERT_GT(conversions, 12) << "a poor example";
+    EXPECT_GE(by_lists.builds, conversions);
+    scene.options = "reproducible yes";
+    const auto in_place = run(scene);
+    EXPECT_LT(in_place.builds, conversions / 3) << "of " << conversions << " conversions";
+    expect_same(in_place, by_lists);
+  }
+}
+
+// A beam upon the border of two ranks, or of a periodic box: what converts there is sent to others by reneighbouring.
+TEST(InPlace, NotAtABorder)
+{
+  for (const std::string boundary : {"f f f", "p f f"}) {
+    SCOPED_TRACE(boundary);
+    Scene scene;
+    scene.at_border = true;
+    scene.boundary = boundary;
+    scene.options = "reproducible yes inplace no";
+    const auto by_lists = run(scene);
+    const int conversions = steps_of_conversion(by_lists.events);
+    ASSERT_GT(conversions, 12) << "a poor example";
+    scene.options = "reproducible yes";
+    const auto in_place = run(scene);
+    expect_same(in_place, by_lists);
+    if (size_of(MPI_COMM_WORLD) == 1)
+      EXPECT_LT(in_place.builds, conversions / 3);
+    else
+      EXPECT_GT(in_place.builds, conversions / 3);
+  }
+}
+
+// Periodic boxes: images of nodes are at other places in memory after each conversion.
+TEST(InPlace, BesidePeriodicBorders)
+{
+  Scene scene;
+  scene.boundary = "p f f";
+  scene.options = "reproducible yes inplace no";
+  const auto by_lists = run(scene);
+  scene.options = "reproducible yes";
+  const auto in_place = run(scene);
+  EXPECT_LT(in_place.builds, steps_of_conversion(by_lists.events) / 3);
+  expect_same(in_place, by_lists);
+}
+
+TEST(InPlace, SameOnAnyRanks)
+{
+  const auto here = run(Scene());
+  if (rank_of(MPI_COMM_WORLD) == 0) { EXPECT_EQ(here.events, run(Scene(), MPI_COMM_SELF).events); }
+  MPI_Barrier(MPI_COMM_WORLD);
+}
+
+// Who has lists of neighbours gets them anew.
+TEST(InPlace, NotIfOthersHaveLists)
+{
+  const int conversions = steps_of_conversion(run(Scene()).events);
+  for (const char *more :
+       {"compute near all coord/atom cutoff 0.001\nthermo 1\ncompute most all reduce max c_near\n"
+        "thermo_style custom step c_most\n",
+        "comm_style tiled\n"}) {
+    Scene scene;
+    scene.more = more;
+    const bool tiled = std::string(more) == "comm_style tiled\n";
+    if (tiled && size_of(MPI_COMM_WORLD) == 1) continue;
+    EXPECT_GE(run(scene).builds, conversions) << more;
+  }
+}
+
+TEST(InPlace, OverARestart)
+{
+  constexpr int middle = 100;
+  Scene scene;
+  Block block = scene.block();
+  run(scene);
+  const std::string events = size_of(MPI_COMM_WORLD) == 1 ? "in_place.one.txt" : "in_place.txt";
+  const History rest = history(events, middle);
+  MPI_Barrier(MPI_COMM_WORLD);    // all have read it before it is written anew
+  ASSERT_GT(steps_of_conversion(rest), 3) << "a poor example";
+  scene.more = "restart " + std::to_string(middle) + " in_place.*.restart\n";
+  run(scene);
+  block.options += " events in_place.rest.txt";
+  remove_file("in_place.rest.txt");
+  {
+    Lammps lmp;
+    lmp.commands(block.header() + "read_restart in_place." + std::to_string(middle) + ".restart\n" +
+                 block.fix_only() + block.motion());
+    lmp.run(last - middle);
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  EXPECT_EQ(history("in_place.rest.txt"), rest);
+}
