@@ -290,6 +290,7 @@ void DefeElements::notice_only(const std::vector<char> &of_exposed)
 
 void DefeElements::notice_at(const std::vector<int> &nodes)
 {
+  if (nodes.empty()) return;
   for_elements_at(nodes, [this](int k, int e) {
     HexRecord &h = *all[k].hex[e];
     if (h.noticed || !is_exposed(h)) return;

@@ -99,17 +99,21 @@ class DefeElements : protected DefeComponent {
   void look_at_histories();
 
   /** f(number of the batch, element) for all that have one of these nodes, local indices. */
-  template <class F> void for_elements_at(std::vector<int> places, const F &f) const
+  template <class F> void for_elements_at(std::vector<int> places, const F &f)
   {
     std::sort(places.begin(), places.end());
+    if (!places.empty() && places.back() >= static_cast<int>(meant.size()))
+      meant.resize(places.back() + 1, 0);
+    for (int i : places) meant[i] = 1;
     for (size_t k = 0; k < all.size(); k++)
       all[k].for_blocks(places, INT_MAX, [&](int e) {
         const auto &idx = all[k].nodes(e);
-        if (std::any_of(idx.begin(), idx.end(), [&places](int i) {
-              return std::binary_search(places.begin(), places.end(), i);
+        if (std::any_of(idx.begin(), idx.end(), [this](int i) {
+              return i < static_cast<int>(meant.size()) && meant[i];
             }))
           f(static_cast<int>(k), e);
       });
+    for (int i : places) meant[i] = 0;
   }
 
   void build();    // with the neighbour lists
@@ -142,6 +146,7 @@ class DefeElements : protected DefeComponent {
   std::vector<DefeBatch> all;
   std::vector<std::pair<int, int>> exposed_, fronts_, noticed_, marked_;
   std::vector<double> scratch;
+  std::vector<char> meant;    // nodes in for_elements_at(); else 0
   int history_read = 0;
   int listed = -1;    // local atoms when the tables were made; -1: they are not to be used
 

@@ -78,20 +78,54 @@ void DefeInPlace::look_at_commands()
   const bool alone =
       comm->nprocs == 1 && !domain->xperiodic && !domain->yperiodic && !domain->zperiodic;
   allowed_ = sys.model.in_place && neighbor->nlist == 0 && neighbor->includegroup == 0 &&
-      modify->n_post_integrate == 1 && modify->n_pre_neighbor == lists_of_ours &&
-      modify->n_post_neighbor == 0 && atom->molecular == Atom::ATOMIC && atom->firstgroup < 0 &&
+      neighbor->dist_check && modify->n_post_integrate == 1 &&
+      modify->n_pre_neighbor == lists_of_ours && modify->n_post_neighbor == 0 &&
+      atom->molecular == Atom::ATOMIC && atom->firstgroup < 0 &&
       (alone || typeid(*comm) == typeid(CommBrick));
 }
 
+// What may touch anything has moved by at most so much of the skin since the last reneighbouring. It may move by half the skin from
+// where it was then, until the next one: from where it is now by this much more, and two things by twice that.
+static constexpr double MOVED = 0.1;
+
 double DefeInPlace::slack() const
 {
-  return allowed_ ? 2.0 * neighbor->skin : neighbor->skin;
+  return (allowed_ ? 1.0 + 2.0 * MOVED : 1.0) * neighbor->skin;
+}
+
+bool DefeInPlace::near_last_place(int i) const
+{
+  const double *const then = neighbor->get_xhold()[i];
+  double way = 0.0;
+  for (int k = 0; k < 3; k++) way += (atom->x[i][k] - then[k]) * (atom->x[i][k] - then[k]);
+  const double limit = MOVED * neighbor->skin;
+  return way <= limit * limit;
+}
+
+/** Of this rank; what others have of it as ghosts may touch something there. */
+bool DefeInPlace::hardly_moved() const
+{
+  const auto stays = [this](int i) {
+    return i >= atom->nlocal || near_last_place(i);
+  };
+  for (int i : sys.joints.self)
+    if (!stays(i)) return false;
+  for (int i : sys.tables.others())
+    if (!stays(i)) return false;
+  if (!sys.surface.all_of_points_and_facets(stays)) return false;
+  auto *const brick = dynamic_cast<CommBrick *>(comm);
+  for (int swap = 0; brick && swap < Swaps::count(brick); swap++) {
+    const int *const list = Swaps::list(brick, swap);
+    if (!std::all_of(list, list + Swaps::sent(brick, swap), stays)) return false;
+  }
+  return true;
 }
 
 bool DefeInPlace::possible() const
 {
   if (!allowed_ || sys.census.des() == 0 || !sys.ghosts.enough()) return false;
-  tagint mine[3] = {0, 0, 0}, all[3];    // some are too near a border; elements; the last of them
+  tagint mine[3] = {0, 0, 0}, all[3];    // not here; elements; the last of them
+  if (!hardly_moved()) mine[0] = 1;
   int born = 0;
   for (const auto &one : sys.elements.marked()) {
     const DefeBatch &b = sys.elements.batches()[one.first];
@@ -108,7 +142,7 @@ bool DefeInPlace::possible() const
   const bigint last = sys.ids.highest_born(all[2], count);
   const int room = MIN(atom->nmax, Lists::room(neighbor));
   int fits = last <= MAXTAGINT && Map::has_room(atom, born, static_cast<tagint>(last)) &&
-      (!neighbor->dist_check || atom->nlocal + atom->nghost + born <= room);
+      atom->nlocal + atom->nghost + born <= room;
   MPI_Allreduce(MPI_IN_PLACE, &fits, 1, MPI_INT, MPI_MIN, world);
   return fits != 0;
 }
@@ -153,7 +187,7 @@ void DefeInPlace::moved(int from, int to)
   if (before != place_before.end()) place_before.erase(from);
   atom->map_one(atom->tag[to], to);
   atom->sametag[to] = atom->sametag[from];
-  if (neighbor->dist_check) std::copy_n(neighbor->get_xhold()[from], 3, neighbor->get_xhold()[to]);
+  std::copy_n(neighbor->get_xhold()[from], 3, neighbor->get_xhold()[to]);
 }
 
 /* ----------------------------------------------------------------------
@@ -219,5 +253,5 @@ void DefeInPlace::add(int i)
   atom->map_tag_max = MAX(atom->map_tag_max, atom->tag[i]);    // of a hash; an array has the room
   atom->map_one(atom->tag[i], i);
   atom->sametag[i] = -1;
-  if (neighbor->dist_check) std::copy_n(atom->x[i], 3, neighbor->get_xhold()[i]);
+  std::copy_n(atom->x[i], 3, neighbor->get_xhold()[i]);
 }

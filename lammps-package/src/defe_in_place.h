@@ -43,7 +43,7 @@ class DefeInPlace : protected DefeComponent {
   void end() { going_on_ = false; }
 
   /** What the tables must allow for, as they are made at the positions of now: how much nearer two atoms may come until they are
-      made again. Atoms that have moved by half the skin since the last reneighbouring may move back, and on. */
+      made again, a little more than the skin. */
   double slack() const;
 
  private:
@@ -53,7 +53,8 @@ class DefeInPlace : protected DefeComponent {
   std::unordered_map<int, int> place_before;    // of atoms that were moved, by where they are
 
   bool away_from_borders(int node) const;
-  bool fits(tagint &last_id) const;
+  bool near_last_place(int i) const;
+  bool hardly_moved() const;
   void shift_ghosts(int by);
   void shift_messages(int by);
 };

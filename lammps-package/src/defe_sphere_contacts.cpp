@@ -50,7 +50,7 @@ void DefeSphereContacts::add(int i, int j, double distance)
 {
   if (!laws.with_contact || j < 0) return;    // a tie: the face takes over
   if (j < atom->nlocal && j < i) std::swap(i, j);
-  candidates.push_back({i, j, distance});
+  candidates.push_back({i, j, distance, false});
   broken_now.emplace_back(MIN(atom->tag[i], atom->tag[j]), MAX(atom->tag[i], atom->tag[j]));
 }
 
@@ -107,7 +107,7 @@ void DefeSphereContacts::consider(int i, int j)
   if (!with_ball && joined(di, j)) return;
   double distance = with_ball ? 0.0 : jt.contact_distance(di, atom->tag[j]);
   if (!with_ball && sys.tables.glued(i, j)) distance = 0.5 * (atom->radius[i] + atom->radius[j]);
-  candidates.push_back({i, j, distance});
+  candidates.push_back({i, j, distance, false});
 }
 
 bool DefeSphereContacts::joined(int de, int j) const
@@ -127,7 +127,7 @@ bool DefeSphereContacts::joined(int de, int j) const
 void DefeSphereContacts::forces(const defe::VirialTally &tally)
 {
   std::sort(broken_now.begin(), broken_now.end());
-  for (const auto &c : candidates) {
+  for (auto &c : candidates) {
     if (sys.joints.of_atom[c.j] < 0)
       contact_with_ball(c.i, c.j, tally);
     else
@@ -176,7 +176,7 @@ defe::ContactParameters DefeSphereContacts::parameters(int i, int j,
           coeff.damping_ratio * spring.damping_factor};
 }
 
-void DefeSphereContacts::contact(const Candidate &c, const defe::VirialTally &tally)
+void DefeSphereContacts::contact(Candidate &c, const defe::VirialTally &tally)
 {
   const int i = c.i, j = c.j;
   double **v = atom->v, **omega = atom->omega;
@@ -188,14 +188,17 @@ void DefeSphereContacts::contact(const Candidate &c, const defe::VirialTally &ta
   const double *xa = atom->x[a], *xb = atom->x[b], *mass = atom->rmass;
   const Vec3 del = Vec3(xa) - Vec3(xb);
   const double rsq = del[0] * del[0] + del[1] * del[1] + del[2] * del[2];
-  const double reach = reach_of({a, b, c.distance}, rsq);
+  const double reach = reach_of({a, b, c.distance, false}, rsq);
   const double overlap = reach > 0.0 ? reach - del.norm() : 0.0;
   if (!(overlap > 0.0)) {
+    if (c.apart) return;    // most are, and looking for their records costs more than all else
+    c.apart = true;
     const double rest = forget_contact(i, j);
     if (whole) forget_contact(j, i);
     if (!update->setupflag) sys.ledger.friction += (whole ? 1.0 : 0.5) * rest;
     return;
   }
+  c.apart = false;
   const auto push = spring_of(a, b, reach, overlap);
   const auto par = parameters(a, b, push);
   const double dt = update->setupflag ? 0.0 : update->dt;

@@ -38,8 +38,9 @@ class DefeSphereContacts : protected DefeComponent {
   const defe::JointLaws &laws;
   bigint built = -1;    // tables of the last search
   struct Candidate {
-    int i, j;           // i is owned; j too and above i, or a ghost
-    double distance;    // of a broken joint: see JointRecord::contact_distance
+    int i, j;              // i is owned; j too and above i, or a ghost
+    double distance;       // of a broken joint: see JointRecord::contact_distance
+    bool apart = false;    // they have no records of each other
   };
   std::vector<Candidate> candidates;
   std::vector<std::pair<tagint, tagint>> broken_now;    // DEs whose joint broke in this step
@@ -50,7 +51,7 @@ class DefeSphereContacts : protected DefeComponent {
   defe::DEMaterial material_of(int i) const;
   defe::NormalSpring spring_of(int i, int j, double reach, double overlap) const;
   defe::ContactParameters parameters(int i, int j, const defe::NormalSpring &) const;
-  void contact(const Candidate &, const defe::VirialTally &);
+  void contact(Candidate &, const defe::VirialTally &);
   void book(int i, int j, double share, const defe::ContactResult &);
   void contact_with_ball(int i, int j, const defe::VirialTally &);
 

@@ -30,6 +30,16 @@ class DefeSurface : protected DefeComponent {
 
   void build();     // with the neighbour lists
   void forget();    // local indices are invalid
+  /** Whether this is true of all nodes and DEs that may be in contact, owned and ghost. */
+  template <class F> bool all_of_points_and_facets(const F &is) const
+  {
+    for (const auto &point : tables.points)
+      if (!is(point.atom)) return false;
+    for (const auto &facet : tables.facets)
+      for (int node : facet.node)
+        if (!is(node)) return false;
+    return true;
+  }
   /** Onto owned and ghost atoms; adds to the virial if there is one. */
   void forces(double *virial);
   double energy() const { return energy_; }    // at the last force evaluation, this rank
