@@ -249,7 +249,7 @@ bool DefeConversion::convert_in_place()
   sys.marks.done();
   sys.in_place.begin();
   convert_marked();
-  modify->pre_neighbor();    // all that has tables makes them anew
+  sys.in_place.make_tables();
   sys.in_place.end();
   return true;
 }

@@ -72,14 +72,21 @@ struct Swaps : CommBrick {
 
 void DefeInPlace::look_at_commands()
 {
-  int lists_of_ours = 0;
-  for (auto *ifix : modify->get_fix_list())
-    if (ifix == sys.host || utils::strmatch(ifix->style, "^defe/wall")) lists_of_ours++;
+  // of those that act before lists are built: ours, and those that then bring back what has left a periodic box, or is out of balance
+  int known = 0;
+  ours.clear();
+  for (auto *ifix : modify->get_fix_list()) {
+    const bool has_tables = ifix == sys.host || utils::strmatch(ifix->style, "^defe/wall");
+    if (has_tables) ours.push_back(ifix);
+    if (has_tables || utils::strmatch(ifix->style, "^balance") ||
+        (utils::strmatch(ifix->style, "^rigid") && !utils::strmatch(ifix->style, "small")))
+      known++;
+  }
   const bool alone =
       comm->nprocs == 1 && !domain->xperiodic && !domain->yperiodic && !domain->zperiodic;
   allowed_ = sys.model.in_place && neighbor->nlist == 0 && neighbor->includegroup == 0 &&
-      neighbor->dist_check && modify->n_post_integrate == 1 &&
-      modify->n_pre_neighbor == lists_of_ours && modify->n_post_neighbor == 0 &&
+      neighbor->dist_check && !domain->box_change && modify->n_post_integrate == 1 &&
+      modify->n_pre_neighbor == known && modify->n_post_neighbor == 0 &&
       atom->molecular == Atom::ATOMIC && atom->firstgroup < 0 &&
       (alone || typeid(*comm) == typeid(CommBrick));
 }
@@ -246,6 +253,11 @@ void DefeInPlace::shift_messages(int by)
         list[k] = place_now[list[k]];
     Swaps::first(brick, swap) += by;
   }
+}
+
+void DefeInPlace::make_tables()
+{
+  for (auto *ifix : ours) ifix->pre_neighbor();
 }
 
 void DefeInPlace::add(int i)

@@ -40,6 +40,7 @@ class DefeInPlace : protected DefeComponent {
   void make_room(int born);
   void add(int i);                        // a DE, with its ID
   int shift() const { return shift_; }    // of ghosts
+  void make_tables();                     // anew, of all fixes of this package
   void end() { going_on_ = false; }
 
   /** What the tables must allow for, as they are made at the positions of now: how much nearer two atoms may come until they are
@@ -48,7 +49,8 @@ class DefeInPlace : protected DefeComponent {
 
  private:
   bool allowed_ = false, going_on_ = false;
-  int listed = 0;    // local atoms before
+  std::vector<Fix *> ours;    // that have tables
+  int listed = 0;             // local atoms before
   int shift_ = 0;
   std::unordered_map<int, int> place_before;    // of atoms that were moved, by where they are
 
