@@ -238,6 +238,7 @@ struct SurfaceWorld : SurfaceTies {
     return tables;
   }
   bool agrees() const { return search_agrees(scene, tables); }
+  const SurfaceScene &seen() const { return scene; }
   /// Of the same scene, by one that knows nothing of the last search.
   SurfaceTables search_whole() const
   {

@@ -455,6 +455,39 @@ TEST(SurfaceSearchAllPairs, WhatMovesLittleIsKept)
   EXPECT_GT(anew, 0.3 * all);    // some have moved too far, or turned
 }
 
+// Among the elements that a search has noticed another one finds what it finds among all, as long as nothing has moved by more
+// than a tenth of the skin; and most of two bodies is not noticed.
+TEST(SurfaceSearchAllPairs, WhatIsNoticedIsEnough)
+{
+  std::mt19937 random(53);
+  size_t noticed = 0, exposed = 0, candidates = 0;
+  for (double h : {1.0, 0.5, 0.25})
+    for (int test = 0; test < (h < 0.4 ? 12 : 40); ++test) {
+      SurfaceWorld w;
+      two_bodies(w, random, h, test % 2);
+      if (test % 3 == 0) w.convert(static_cast<int>(random() % w.elements.size()));
+      w.search();
+      std::vector<char> which(w.seen().elements.size());
+      w.finder.find_noticed(which);
+      for (auto &p : w.particles) p.x += 0.08 * w.skin * random_vector(random, 1.0);
+      w.search();
+      const SurfaceScene all = w.seen();
+      SurfaceScene few = all;
+      few.elements.clear();
+      for (size_t e = 0; e < which.size(); ++e)
+        if (which[e]) few.elements.push_back(all.elements[e]);
+      std::shuffle(few.elements.begin(), few.elements.end(), random);
+      SurfaceSearch one;
+      one.run(few, w.tables);
+      EXPECT_TRUE(search_agrees(all, w.tables)) << "test " << test << ", h " << h;
+      noticed += few.elements.size();
+      for (const auto &e : w.elements) exposed += e.bare != 0;
+      candidates += w.tables.candidates.size();
+    }
+  EXPECT_GT(candidates, 1000u);
+  EXPECT_LT(noticed, exposed);
+}
+
 // The comparison itself: anything that is otherwise is seen.
 TEST(SurfaceSearchAllPairs, OtherTablesAreSeen)
 {
