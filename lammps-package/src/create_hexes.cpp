@@ -73,10 +73,11 @@ void CreateHexes::command(int narg, char **arg)
   line[0] = lines(iarg, narg, arg, "x");
   line[1] = lines(iarg, narg, arg, "y");
   line[2] = lines(iarg, narg, arg, "z");
+  read_closed(iarg, narg, arg);
   if (iarg < narg) error->all(FLERR, "Command create_hexes: unknown word {}", arg[iarg]);
   check_box();
 
-  for (int k = 0; k < 3; k++) n[k] = static_cast<bigint>(line[k].size());
+  for (int k = 0; k < 3; k++) n[k] = elements(k) + (closed[k] ? 0 : 1);
   const bigint nodes = n[0] * n[1] * n[2];
   first_hex = sys->mesh.last_hex_id() + 1;
   tagint mine = 0;
@@ -96,7 +97,42 @@ void CreateHexes::command(int narg, char **arg)
   register_atoms();
   if (comm->me == 0)
     utils::logmesg(lmp, "Created {} hexahedra and {} nodes of part {}\n",
-                   (n[0] - 1) * (n[1] - 1) * (n[2] - 1), nodes, arg[1]);
+                   elements(0) * elements(1) * elements(2), nodes, arg[1]);
+}
+
+/* ----------------------------------------------------------------------
+   closed: the axes, as one word
+------------------------------------------------------------------------- */
+
+void CreateHexes::read_closed(int &iarg, int narg, char **arg)
+{
+  if (iarg >= narg || strcmp(arg[iarg], "closed") != 0) return;
+  if (iarg + 1 == narg) utils::missing_cmd_args(FLERR, "create_hexes closed", error);
+  const std::string axes = arg[iarg + 1];
+  for (char axis : axes) {
+    const int k = axis - 'x';
+    if (k < 0 || k > 2 || closed[k])
+      error->all(FLERR, "Command create_hexes closed: expected axes, as xy, not {}", axes);
+    closed[k] = true;
+    if (domain->boundary[k][0] != 0)
+      error->all(FLERR,
+                 "Command create_hexes closed: the box is not periodic in {}: use boundary p",
+                 axis);
+    const double length = line[k].back() - line[k].front();
+    if (std::abs(length - domain->prd[k]) > 1.0e-9 * domain->prd[k])
+      error->all(FLERR,
+                 "Command create_hexes closed: the mesh is {:.10g} long in {}, the periodic box "
+                 "{:.10g}: a closed mesh is as long as the box",
+                 length, axis, domain->prd[k]);
+    // all elements know their nodes by the nearest images
+    for (bigint e = 0; e < elements(k); e++)
+      if (line[k][e + 1] - line[k][e] > 0.25 * length)
+        error->all(FLERR,
+                   "Command create_hexes closed: an element from {} to {} in {} is longer than a "
+                   "quarter of the box: use smaller ones",
+                   line[k][e], line[k][e + 1], axis);
+  }
+  iarg += 2;
 }
 
 /* ----------------------------------------------------------------------
@@ -165,7 +201,7 @@ void CreateHexes::create_nodes()
         atom->rmass[me] = 1.0;    // the lumped mass follows with the topology
         modify->create_attribute(me);
         sys->store.set_reference(me, ref);
-        if (i + 1 < n[0] && j + 1 < n[1] && k + 1 < n[2]) add_element(me, i, j, k);
+        if (i < elements(0) && j < elements(1) && k < elements(2)) add_element(me, i, j, k);
       }
 }
 
@@ -174,8 +210,9 @@ void CreateHexes::add_element(int me, bigint i, bigint j, bigint k)
   tagint node[8];
   static constexpr int corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   for (int a = 0; a < 8; a++)
-    node[a] = tag_of(i + corner[a % 4][0], j + corner[a % 4][1], k + a / 4);
-  const bigint id = first_hex + i + (n[0] - 1) * (j + (n[1] - 1) * k);
+    node[a] =
+        tag_of((i + corner[a % 4][0]) % n[0], (j + corner[a % 4][1]) % n[1], (k + a / 4) % n[2]);
+  const bigint id = first_hex + i + elements(0) * (j + elements(1) * k);
   sys->mesh.add_hex(me, static_cast<tagint>(id), part, node);
 }
 

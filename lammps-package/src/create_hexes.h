@@ -29,11 +29,15 @@ class CreateHexes : public Command {
   int part = -1, type = 0;
   std::vector<double> line[3];    // places of the nodes in x, y and z
   bigint n[3] = {0, 0, 0};        // and how many there are
+  // the mesh is closed with itself across the periodic border: the last line of nodes is the first one
+  bool closed[3] = {false, false, false};
   bigint first_hex = 0;
   tagint last_tag = 0;    // of the atoms before
 
   std::vector<double> lines(int &iarg, int narg, char **arg, const char *axis);
+  void read_closed(int &iarg, int narg, char **arg);
   void check_box() const;
+  bigint elements(int k) const { return static_cast<bigint>(line[k].size()) - 1; }
   void create_nodes();
   void add_element(int me, bigint i, bigint j, bigint k);
   void register_atoms();

@@ -18,6 +18,7 @@
 #include "defe/coupling/mesh_measure.h"
 #include "defe/coupling/shielding.h"
 #include "defe/fe/hex8.h"
+#include "defe/fe/periodic.h"
 #include "defe/fe/topology.h"
 
 #include <algorithm>
@@ -25,6 +26,7 @@
 #include <cstring>
 
 using namespace LAMMPS_NS;
+using defe::Vec3;
 using defe::fe::HexCoords;
 using Rendezvous::Letters;
 
@@ -171,6 +173,9 @@ void DefeMesh::tell() const
                                         : choice,
                    p.elements == 1 ? "" : "s");
   }
+  for (int k = 0; k < 3; k++)
+    if (now.closed[k] != 0.0)
+      utils::logmesg(lmp, "  closed with itself across the periodic border in {}\n", "xyz"[k]);
 }
 
 void DefeMesh::collect(DefeMeshDraft &mesh)
@@ -249,13 +254,16 @@ void DefeMesh::measure(DefeMeshDraft &mesh)
     kinds.push_back({sys.model.material_of(p).law.get(), p.convertible, p.type, p.split});
   defe::MeshMeasure measure(kinds, atom->ntypes, sys.model.reproducible);
   bigint suspicious = 0, all_suspicious = 0;
+  unsigned closed = 0, all_closed = 0;
+  const Vec3 period = periods();
   std::vector<HexCoords> coords;
   for (int round = 0; round < mesh.rounds; round++) {
     const int first = MIN(n, round * CHUNK), last = MIN(n, first + CHUNK);
     find_coordinates(mesh, first, last, coords);
     for (int e = first; e < last; e++) {
       HexRecord &h = *mesh.hex[e];
-      const HexCoords &X = coords[e - first];
+      HexCoords &X = coords[e - first];
+      closed |= defe::fe::join_across_border(X, period);
       if (!check_element(h, X)) suspicious++;
       h.volume = defe::fe::volume(X);
       mesh.mass[e] = sys.model.element_mass(sys.model.parts[h.part], h.volume);
@@ -268,6 +276,8 @@ void DefeMesh::measure(DefeMeshDraft &mesh)
                    "{} elements have a non-positive Jacobian at a corner (positive at all Gauss "
                    "points): they are used, but the mesh is poor there",
                    all_suspicious);
+  MPI_Allreduce(&closed, &all_closed, 1, MPI_UNSIGNED, MPI_BOR, world);
+  for (int k = 0; k < 3; k++) now.closed[k] = all_closed >> k & 1u ? period[k] : 0.0;
   reduce(measure);
   sum_up_parts(mesh, measure);
 }
@@ -316,10 +326,12 @@ bool DefeMesh::check_element(const HexRecord &h, const HexCoords &X) const
     const char axis = "xyz"[k];
     const double extent = X.row(k).maxCoeff() - X.row(k).minCoeff();
     if (domain->periodicity[k] && extent > 0.5 * domain->prd[k])
-      error->one(FLERR,
-                 "Element {} of part {} is {:.6g} long in {}, more than half of the periodic box "
-                 "({:.6g}): make the box larger, or give the nodes' image flags in the data file",
-                 h.id, p.name, extent, axis, domain->prd[k]);
+      error->one(
+          FLERR,
+          "Element {} of part {} is {:.6g} long in {}, more than half of the periodic box "
+          "({:.6g}): make the box larger, or give the nodes' image flags in the data file; a "
+          "mesh that is closed with itself needs four elements from border to border",
+          h.id, p.name, extent, axis, domain->prd[k]);
   }
   const auto check = defe::fe::check_hex(X);
   if (check.verdict == defe::fe::HexCheck::bad)
@@ -548,6 +560,32 @@ void *DefeMesh::extract(const char *name)
   if (strcmp(name, "dt_finite") == 0) return &now.dt_finite;
   if (strcmp(name, "dt_discrete") == 0) return &now.dt_discrete;
   return nullptr;
+}
+
+/* ----------------------------------------------------------------------
+   reference positions of the nodes stay when the box is strained: over the border of a closed mesh they would no longer fit
+------------------------------------------------------------------------- */
+
+Vec3 DefeMesh::periods() const
+{
+  Vec3 period;
+  for (int k = 0; k < 3; k++) period[k] = domain->periodicity[k] ? domain->prd[k] : HUGE_VAL;
+  return period;
+}
+
+void DefeMesh::check_closed() const
+{
+  for (int k = 0; k < 3; k++) {
+    const double period = domain->periodicity[k] ? domain->prd[k] : 0.0;
+    if (now.closed[k] != 0.0 && std::abs(period - now.closed[k]) > 1.0e-12 * now.closed[k])
+      error->all(
+          FLERR,
+          "Fix defe: the mesh is closed with itself across the periodic border in {0}, {1:.8g} "
+          "from border to border, and the box is {2} there now: a box that is strained, or "
+          "no longer periodic, needs a mesh that is not closed (do without change_box, fix "
+          "deform and fix nph in {0})",
+          "xyz"[k], now.closed[k], period == 0.0 ? "not periodic" : fmt::format("{:.8g}", period));
+  }
 }
 
 void DefeMesh::unpack(const State &s)

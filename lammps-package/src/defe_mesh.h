@@ -30,6 +30,8 @@ class DefeMesh : protected DefeComponent {
     double dt_finite, dt_discrete, dt_joints, max_diagonal, max_facet, largest_force;
     double max_step_length;
     bigint hexes_per_node;
+    double closed
+        [3];    // period of the box along which the mesh is closed with itself, 0 where it is not
   };
 
   explicit DefeMesh(DefeSystem &);
@@ -56,6 +58,11 @@ class DefeMesh : protected DefeComponent {
   double dt_discrete() const { return now.dt_discrete; }
   double dt_joints() const { return now.dt_joints; }
   void *extract(const char *name);
+
+  /** Periods of the box, infinite where it is not periodic: what fe::join_across_border() takes. */
+  defe::Vec3 periods() const;
+  /** Stops if the box has another period than when a mesh was closed across its border. */
+  void check_closed() const;
 
   /** Largest radius of a DE of this type that a conversion can create. */
   double max_de_radius(int type) const;

@@ -17,6 +17,7 @@
 
 #include "defe/coupling/prestress_rule.h"
 #include "defe/fe/hex8.h"
+#include "defe/fe/periodic.h"
 
 #include <algorithm>
 #include <cmath>
@@ -182,6 +183,7 @@ void DefePrestress::assign(int part, const Waiting &list)
         for (int k = 0; k < 3; k++) X(k, a) = node.x[k];
         for (int k = 0; k < 6; k++) stress(ROW[k], COLUMN[k]) += 0.125 * node.stress[k];
       }
+      defe::fe::join_across_border(X, sys.mesh.periods());
       stress = Mat3(stress.selfadjointView<Eigen::Upper>());
       if (parabola) {
         const auto &pane = p.prestress.parabola;

@@ -21,7 +21,7 @@
 namespace LAMMPS_NS {
 
 /** Of restart files; to be raised whenever what DEFE writes into them changes. */
-constexpr char RESTART_FORMAT[8] = "DEFE 17";
+constexpr char RESTART_FORMAT[8] = "DEFE 18";
 
 /** What travels with an element: it is kept by the atom that is its first node. */
 struct HexPod {

@@ -17,6 +17,7 @@
 
 #include "defe/coupling/strength_field.h"
 #include "defe/fe/hex8.h"
+#include "defe/fe/periodic.h"
 
 #include <algorithm>
 #include <cmath>
@@ -135,6 +136,7 @@ void DefeStrengths::draw_batch(int batch, const std::vector<int> &bits, std::vec
     HexCoords X;
     for (int a = 0; a < 8; a++)
       for (int k = 0; k < 3; k++) X(k, a) = references.X[idx[a]][k];
+    defe::fe::join_across_border(X, sys.mesh.periods());
     const auto sizes = defe::place_sizes(X, sys.model.parts[b.part()].split);
     for (size_t k = 0; k < bits.size(); k++) {
       faces[k] = 0;

@@ -59,6 +59,7 @@ void DefeTables::forget()
 
 void DefeTables::update_frames()
 {
+  sys.mesh.check_closed();
   const int nlocal = atom->nlocal;
   const int nall = nlocal + atom->nghost;
   const auto at_home = (static_cast<imageint>(IMGMAX) << IMG2BITS) |

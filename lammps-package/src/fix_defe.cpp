@@ -228,7 +228,8 @@ void FixDefe::pre_neighbor()
 void FixDefe::pre_reverse(int /*eflag*/, int vflag)
 {
   v_init(vflag);
-  sys.account.forget();    // minimisers evaluate forces many times in a step
+  sys.mesh.check_closed();    // fixes that strain the box do not reneighbour
+  sys.account.forget();       // minimisers evaluate forces many times in a step
   double virial_fe[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   double *const asked = vflag_global ? virial_fe : nullptr;
   sys.elements.forces(asked);

@@ -17,6 +17,7 @@ struct Block {
   double box_lo[3] = {-0.02, -0.02, -0.02};
   double box_hi[3] = {0.03, 0.03, 0.03};
   std::string boundary = "f f f";
+  std::string closed;    // axes across which the mesh is closed with itself
   double E = 74.09e9, nu = 0.2, rho = 2500.0;
   double dt = 5e-8;
   double skin = 5e-4;
@@ -73,7 +74,7 @@ struct Block {
     for (int k = 0; k < 3; k++)
       s += std::string(" ") + "xyz"[k] + " " + number(lo[k]) + " " + std::to_string(n[k]) + " " +
           number(lo[k] + n[k] * h * (k == 2 ? flat : 1.0));
-    return s + "\n";
+    return s + (closed.empty() ? "\n" : " closed " + closed + "\n");
   }
 
   std::string motion() const
