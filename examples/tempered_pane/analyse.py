@@ -19,6 +19,7 @@ from defe import plots, summary
 ALLOWED_RISE = 0.5  # of the total energy, percent: there is no other than that of the stress
 THICKNESS = 8e-3
 LEAST = 4e-6  # m2: smaller cells are not counted
+NECK = 0.5e-3  # m: between cracks that end beside one another
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 E, NU = 72e9, 0.22
 PUBLISHED = {102: 79, 112: 100, 136: 193, 154: 207, 163: 215}  # MPa at the faces: fragments in 50 x 50 mm, means of 4 to 15 panes
@@ -44,20 +45,24 @@ def speed_of_crack(events, at, side):
     return round(0.5 * float(reach[-1]) / (high - low), 0) if high > low else None
 
 
-def cuts_of(cut, n, through, split):
+def cuts_of(cut, n, through, split, closed=False):
     """Of the joints of some events: places (along x, y, z) of both DEs, (joints, 2, 3), and the area of the crack that each
-    stands for, by that of its face, |a . m| (pair_style defe/joint). n, through: elements along an edge and through the pane."""
-    nodes = (n + 1) ** 2 * (through + 1)  # IDs of DEs follow theirs, elements are numbered along x, then y, then z
+    stands for, by that of its face, |a . m| (pair_style defe/joint). n, through: elements along an edge and through the pane.
+    closed: with itself, along x and y."""
+    nodes = (n if closed else n + 1) ** 2 * (through + 1)  # IDs of DEs follow theirs, elements are numbered along x, then y, then z
     element, k = np.divmod(cut.ids - 1 - nodes, split**3)
     place = split * np.stack([element % n, element // n % n, element // n**2], axis=-1) + places_of(split)[k]
     steps = np.abs(place[:, 1] - place[:, 0])
+    if closed:
+        steps[:, :2] = np.minimum(steps[:, :2], split * n - steps[:, :2])
     if not (steps.sum(axis=1) == 1).all():
         sys.exit("events.txt has joints between DEs that are no neighbours: is it of this mesh?")
     return place, np.abs((cut.n * steps).sum(axis=1))
 
 
-def cells_of(cut, size):
-    """Number of its cell for each of size x size DEs, (y, x), which cut joints (joints, 2, 2) divide."""
+def cells_of(cut, size, closed=False, left_out=None):
+    """Number of its cell for each of size x size DEs, (y, x), which cut joints (joints, 2, 2) divide. closed: the last of a
+    row and of a column has a joint to the first. left_out: DEs that hold nothing together, each a cell of its own."""
     parent = list(range(size * size))
 
     def root(k):
@@ -66,22 +71,44 @@ def cells_of(cut, size):
             k = parent[k]
         return k
 
+    alone = np.zeros(size * size, bool) if left_out is None else left_out.ravel()
     gone = {tuple(sorted(pair)) for pair in (cut[:, :, 1] * size + cut[:, :, 0]).tolist()}
     for k in range(size * size):
-        for other in ([k + 1] if (k + 1) % size else []) + ([k + size] if k + size < size * size else []):
-            if (k, other) not in gone:
+        right = k + 1 if (k + 1) % size else k + 1 - size
+        above = (k + size) % (size * size)
+        for other in (right, above):
+            if (other > k or closed) and not (alone[k] or alone[other]) and (min(k, other), max(k, other)) not in gone:
                 parent[root(other)] = root(k)
     return np.unique([root(k) for k in range(size * size)], return_inverse=True)[1].reshape(size, size)
 
 
-def draw_cells(path, cell, counted, side, title):
-    """The layer of DEs from above: cells that are counted in colours, smaller ones in grey."""
+def near_cuts(cut, size, reach, closed=False):
+    """Which of size x size DEs, (y, x), have their centre within `reach` (DEs) of the middle of one of these joints."""
+    middle = cut.sum(axis=1)  # in halves of a DE; of a joint across the border it is half a DE behind the last one
+    across = np.abs(cut[:, 1] - cut[:, 0]) > 1
+    middle[across] = (2 * cut.max(axis=1) + 1)[across]
+    near = np.zeros((size, size), bool)
+    steps = range(-int(2 * reach) - 1, int(2 * reach) + 2)
+    for dx, dy in ((dx, dy) for dx in steps for dy in steps if dx * dx + dy * dy <= (2 * reach) ** 2 + 1e-9):
+        at = middle + (dx, dy)
+        at = at[(at % 2 == 0).all(axis=1)] // 2
+        at = at % size if closed else at[((at >= 0) & (at < size)).all(axis=1)]
+        near[at[:, 1], at[:, 0]] = True
+    return near
+
+
+def draw_cells(path, cell, counted, cut, side, title):
+    """The layer of DEs from above: cells that are counted in colours, smaller ones in grey, cut joints (joints, 2, 2) in black."""
     plt = plots.plotting()
     colours = plt.get_cmap("hsv")((np.arange(counted.size) * 0.61803399) % 1.0)
     colours[:, :3] = 0.35 + 0.6 * colours[:, :3]
     colours[~counted] = (0.4, 0.4, 0.4, 1.0)
     figure, axis = plt.subplots(figsize=(6, 6), constrained_layout=True)
     axis.imshow(colours[cell], origin="lower", extent=(0, 1e3 * side, 0, 1e3 * side), interpolation="nearest")
+    upper = np.where(np.abs(cut[:, 1] - cut[:, 0]) > 1, 0, cut.max(axis=1))  # of both DEs, the one behind the face between them
+    along = (cut[:, 0] == cut[:, 1]).astype(int)  # the face's direction
+    ends = 1e3 * side / len(cell) * np.stack([upper, upper + along], axis=1)
+    axis.plot(*np.stack([ends[:, 0], ends[:, 1], np.full_like(ends[:, 0], np.nan)], axis=1).reshape(-1, 2).T, "k-", linewidth=1.0)
     axis.set(title=title, xlabel="x (mm)", ylabel="y (mm)")
     figure.savefig(path, dpi=100)
     plt.close(figure)
@@ -98,7 +125,8 @@ def main(folder):
     edge = float(log.value(r"Elements of (\S+) m,", "the size of elements"))
     split = int(log.value(r"Elements of \S+ m, split (\d),", "the number of DEs"))
     G_f = float(log.value(r"Elements of .*, cracks take (\S+) J/m2", "the fracture energy"))
-    ring = int(log.value(r"Ring of elements that do not convert: (\d)", "the frame"))
+    sides = log.value(r"Sides of the pane: (\S+)", "the sides")
+    ring, closed = int(sides == "symmetric"), sides == "periodic"
     whole = pieces.mass.sum() / (2500 * THICKNESS)
     n, through = round(whole**0.5 / edge), round(THICKNESS / edge)
     side, d = (n - 2 * ring) * edge, edge / split
@@ -107,7 +135,7 @@ def main(folder):
 
     def cuts(kind, at):
         """In one layer: places (along x, y) of both DEs, and the area of cracks by that of the pane if all layers had as much."""
-        place, share = cuts_of(events.of(kind), n, through, split)
+        place, share = cuts_of(events.of(kind), n, through, split, closed)
         inside = np.all(place[:, :, 2] == at, axis=1)
         return place[inside][:, :, :2], d * share[inside].sum() * THICKNESS / area
 
@@ -117,25 +145,32 @@ def main(folder):
 
     place, softening = cuts("cohesive", layer)  # and broken ones
     broken = cuts("broken", layer)[1]
-    cell = cells_of(place - split * ring, split * (n - 2 * ring))
-    counted = np.bincount(cell.ravel()) * d**2 >= LEAST
+    cell = cells_of(place - split * ring, split * (n - 2 * ring), closed)
+    size = np.bincount(cell.ravel()) * d**2
+    counted = size >= LEAST
+    beside = near_cuts(place - split * ring, split * (n - 2 * ring), 0.5 * NECK / d, closed)
+    torn = cells_of(place - split * ring, split * (n - 2 * ring), closed, beside)
+    torn = int((np.bincount(torn.ravel()) * d**2 >= LEAST).sum())
     faces = [cuts("cohesive", k)[1] for k in (0, split * through - 1)]
     took = (energies["fracture"][-1] + energies["released"][-1]) / area
     middle = 0.5 * n * edge
     s = {
         "surface_MPa": round(1e-6 * float(surface), 3),
+        "sides": sides,
         "area_mm2": round(1e6 * area, 1),
         "stored_per_area_J_m2": round((1 - NU) / E * float(surface) ** 2 * THICKNESS / 5, 2),
         "at_rest_per_area_J_m2": round(float(log.value(r"Energy of the pane at rest: (\S+) J", "the energy at rest")) / whole, 2),
         "at_rest_J": float(log.value(r"Energy of the pane at rest: (\S+) J", "the energy at rest")),
         "first_damage_us": laminate.us(events.first("cohesive", "broken")),
-        "crack_speed_m_s": speed_of_crack(events, (middle if ring else 0.0, middle), n * edge),
+        "crack_speed_m_s": speed_of_crack(events, (0.0 if sides == "free" else middle, middle), n * edge),
         "elements_converted": len(events.of("convert")),
         "joints_broken": len(events.of("broken")),
         "pieces": len(pieces),
         "single_DEs": int(pieces.single.sum()),
         "pieces_of_the_middle": int(counted.sum()),
         "pieces_of_the_middle_in_50_x_50_mm": round(int(counted.sum()) * 2.5e-3 / area, 1),
+        "pieces_without_necks_in_50_x_50_mm": round(torn * 2.5e-3 / area, 1),
+        "share_of_area_in_these_pieces": round(float(size[counted].sum()) / area, 3),
         "squares_in_50_x_50_mm": round(squares(broken), 1),
         "squares_of_softening_joints_too": round(squares(softening), 1),
         "fracture_J_m2": round(took, 2),
@@ -158,7 +193,7 @@ def main(folder):
     title = f"tempered pane, {s['surface_MPa']:g} MPa"
     plots.energies(folder / "energies.png", f"{title}; dashed: first damage", energies, [s["first_damage_us"]], limit=ALLOWED_RISE)
     plots.timeline(folder / "timeline.png", title, events, s["end_us"])
-    draw_cells(folder / "cells.png", cell, counted, side, f"{title}, cells of the middle plane")
+    draw_cells(folder / "cells.png", cell, counted, place - split * ring, side, f"{title}, cells of the middle plane")
     cells = [(path, f"{time:.0f} us") for time, path in plots.pictures(folder, "top.*.png", dt)]
     if cells:
         plots.sheet(folder / "crack.png", title, cells, (len(cells) + 1) // 2, 480)
@@ -180,6 +215,7 @@ def compare(path, folders):
     axis.plot(stress, low, "o-", color="#1f4e9c", label="here, squares of as long cracks")
     axis.plot(stress, high, ":", color="#1f4e9c", label="here, with joints that soften")
     axis.plot(stress, [s["pieces_of_the_middle_in_50_x_50_mm"] for s in runs], "s--", color="#c0504d", label="here, closed cells above 4 mm2")
+    axis.plot(stress, [s["pieces_without_necks_in_50_x_50_mm"] for s in runs], "^:", color="#c0504d", label="here, cells, necks below 0.5 mm cut")
     axis.set(xlabel="compression at the faces (MPa)", ylabel="in 50 x 50 mm", ylim=(0, None))
     axis.legend()
     figure.savefig(path, dpi=110)

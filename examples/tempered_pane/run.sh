@@ -3,7 +3,8 @@
 #   examples/run.sh tempered_pane [fine | coarse | piece] [-np N] [LAMMPS options...]
 # variants: fine coarse piece
 # DEFE_NAME=NAME puts the results into output/NAME, not output/VARIANT.
-# piece: a piece of a large pane, DEFE_SIDE (m, 0.016) long, elements of DEFE_EDGE (m, 0.5e-3); output/fragments.png has all output/piece-* beside what is published.
+# piece: a piece of a large pane, closed with itself, DEFE_SIDE (m, 0.016) long, elements of DEFE_EDGE (m, 0.5e-3);
+# output/fragments.png has all output/piece* beside what is published.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
@@ -18,10 +19,9 @@ case $variant in
   coarse) options=(-var edge 2e-3 -var dt 5e-8 -var strength 54e6 -var blow 30) ;;
   piece)
     side=${DEFE_SIDE:-0.016} edge=${DEFE_EDGE:-0.5e-3}
-    "$DEFE_PYTHON" piece.py "$out/piece.data" "$side" "$edge"
     dt=$("$DEFE_PYTHON" -c 'import sys; print(2.5e-5 * float(sys.argv[1]))' "$edge")
-    options=(-var large yes -var mesh "$out/piece.data" -var side "$side" -var edge "$edge" -var dt "$dt" -var strength 88e6
-      -var end 1.2e-5 -var element plain)
+    options=(-var sides periodic -var side "$side" -var edge "$edge" -var dt "$dt" -var strength 88e6 -var end 1.2e-5
+      -var element plain)
     ;;
   *) echo "example 'tempered_pane' has no variant '$variant': use fine, coarse or piece" >&2; exit 2 ;;
 esac

@@ -10,6 +10,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -181,6 +182,42 @@ class Example(unittest.TestCase):
         self.assertAlmostEqual(s["at_rest_J"], 0.17225, delta=1e-4)
         self.assertGreater(s["elements_converted"], 100)
         self.assertGreater(s["fracture_J_m2"], 3.0)
+        self.tempered_piece()
+        self.tempered_cells()
+
+    def tempered_piece(self):
+        """A piece of a large pane, up to 5 us with elements of 1 mm: nothing relaxes, and cracks run through its borders."""
+        s = self.run_example("tempered_pane", "piece", "-var", "surface", "163e6", "-var", "end", "5e-6", DEFE_EDGE="1e-3")
+        self.assertEqual(s["sides"], "periodic")
+        self.assertAlmostEqual(s["stored_per_area_J_m2"], 0.78 / 72e9 * 163e6**2 * 8e-3 / 5, delta=0.01)
+        # n layers with the mean of the parabola each have 1 - 5/n^2 + 4/n^4 of its energy
+        layers = 1.0 - 5.0 / 8**2 + 4.0 / 8**4
+        self.assertAlmostEqual(s["at_rest_per_area_J_m2"] / s["stored_per_area_J_m2"], layers, delta=1e-3)
+        self.assertGreater(s["elements_converted"], 400)
+        self.assertGreater(s["crack_area_by_pane_area"], 0.8)
+
+    def tempered_cells(self):
+        """Cells of a layer of 6 x 6 DEs, open and closed with itself."""
+        sys.path.insert(0, str(SOURCE / "examples/tempered_pane"))
+        import analyse
+        import numpy as np
+
+        def line(x, rows):    # between columns x and x + 1
+            return [((x, y), ((x + 1) % 6, y)) for y in rows]
+
+        def count(cut, closed, *more):
+            return len(np.unique(analyse.cells_of(np.array(cut), 6, closed, *more)))
+        whole = range(6)
+        self.assertEqual(count(line(2, whole), False), 2)
+        self.assertEqual(count(line(2, whole), True), 1)    # a ring
+        self.assertEqual(count(line(2, whole) + line(5, whole), True), 2)
+        neck = line(2, range(5)) + line(5, whole)
+        self.assertEqual(count(neck, True), 1)
+        near = analyse.near_cuts(np.array(neck), 6, 1.2, True)
+        self.assertTrue(near[5, 2] and near[5, 3] and near[:, 0].all() and near[:, 5].all())
+        self.assertEqual(near.sum(), 4 * 6)
+        self.assertEqual(count(neck, True, near), 24 + 2)
+        np.testing.assert_array_equal(analyse.near_cuts(np.array([((0, 0), (1, 0))]), 6, 0.5)[0], [True] * 2 + [False] * 4)
 
     def test_yielding_rod(self):
         """Up to 16 us: copper yields, presses less, and less glass cracks than under the same rod, were it elastic."""

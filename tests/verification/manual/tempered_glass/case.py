@@ -18,7 +18,7 @@ FINE, COARSE = 0.5e-3, 1e-3    # m, elements
 FINEST = {102: 0.25e-3, 112: 0.25e-3, 136: 1e-3 / 3, 154: 1e-3 / 3, 163: 1e-3 / 3}    # --fine: finer where little drives the cracks
 STRENGTH = 88e6    # Pa, of all panes: 1.08 times the highest tension, that of 163 MPa
 STRESSES = (102, 136, 163)    # MPa at the faces; --fine has all that are published
-MOVED, ALL = "moved", "all"    # an irregular mesh; DEs from the start
+RING, MOVED, ALL = "ring", "moved", "all"    # planes of symmetry and a ring that does not convert, with an irregular mesh; DEs from the start
 SCALED = (102, 163)    # with a strength in proportion to the stress, beside them
 SMALL, LARGE, LARGEST = 0.016, 0.02, 0.024    # m, pieces of a pane: larger where cracks run far before they branch
 
@@ -37,7 +37,7 @@ def module_of(name):
 example, piece = module_of("analyse"), module_of("piece")
 PUBLISHED = example.PUBLISHED
 ACCEPTANCE = [Accept(f"cells in 50 x 50 mm, {mpa} MPa, within a factor of two", COUNTS, low=0.5 * PUBLISHED[mpa], high=2.0 * PUBLISHED[mpa],
-                     known=mpa == 102) for mpa in STRESSES]
+                     known=True) for mpa in STRESSES]
 ACCEPTANCE += [
     Accept("cells at 163 MPa over those at 102 MPa", COUNTS, target=2.7, tolerance=0.8, digits=2, known=True),
     Accept("speed of the crack front, 163 MPa", "measured", target=1460.0, tolerance=150.0, unit="m/s", digits=4, known=True),
@@ -50,16 +50,16 @@ def run(s):
     # stress at the faces, elements, side of the piece, strength, and what is special
     jobs = [(mpa, FINEST[mpa] if s.fine else FINE, side(mpa, s.fine), STRENGTH, "") for mpa in (sorted(PUBLISHED) if s.fine else STRESSES)]
     jobs += [(mpa, COARSE, SMALL, STRENGTH, "") for mpa in STRESSES] + [(mpa, COARSE, SMALL, 0.54e6 * mpa, "scaled") for mpa in SCALED]
-    jobs += [(163, COARSE, SMALL, STRENGTH, how) for how in (MOVED, ALL)]
-    for edge, length, how in sorted({(*job[1:3], job[4] if job[4] == MOVED else "") for job in jobs}):
-        defe.write_mesh(s.path(f"{1e3 * length:g}_{1e3 * edge:.3g}{how}.data"), piece.mesh(length, edge, 0.2 if how else 0.0))
+    jobs += [(163, COARSE, SMALL, STRENGTH, how) for how in (RING, MOVED, ALL)]
+    for how in (RING, MOVED):
+        defe.write_mesh(s.path(f"{how}.data"), piece.mesh(SMALL, COARSE, 0.2 if how == MOVED else 0.0))
 
     def one(job):
         mpa, edge, length, strength, how = job
         name = f"{mpa}_{1e3 * length:g}_{1e3 * edge:.3g}{'_' if how else ''}{how}"
         dt = 2.5e-5 * edge
-        s.lammps(EXAMPLE / "in.tempered_pane", name, surface=1e6 * mpa, strength=strength, side=length, edge=edge, dt=dt, end=1.2e-5, large="yes",
-                 mesh=f"{1e3 * length:g}_{1e3 * edge:.3g}{how if how == MOVED else ''}.data", element="plain", pictures="no",
+        s.lammps(EXAMPLE / "in.tempered_pane", name, surface=1e6 * mpa, strength=strength, side=length, edge=edge, dt=dt, end=1.2e-5, element="plain", pictures="no",
+                 sides="symmetric" if how in (RING, MOVED) else "periodic", mesh=f"{how}.data",
                  start="all" if how == ALL else "no")
         shutil.copy(s.path(name + ".log"), s.path(name) / "log.lammps")    # where the example's analysis looks for it
         with contextlib.redirect_stdout(io.StringIO()):
@@ -76,7 +76,7 @@ def run(s):
              "crack area by pane area", "squares in 50 x 50 mm", "with joints that soften", "cells", "published", "speed (m/s)", "converted",
              "processor time (s)", "energy rises (%)"]]
     for (mpa, edge, length, strength, how), (name, _, r, _) in found.items():
-        rows.append([mpa, f"{1e3 * edge:.3g}", {MOVED: "nodes moved by 20 %", ALL: "all DEs"}.get(how, ""), f"{1e3 * length:g}", f"{1e-6 * strength:.0f}", f"{r['stored_per_area_J_m2']:.0f}",
+        rows.append([mpa, f"{1e3 * edge:.3g}", {RING: "ring", MOVED: "ring, nodes moved by 20 %", ALL: "all DEs"}.get(how, ""), f"{1e3 * length:g}", f"{1e-6 * strength:.0f}", f"{r['stored_per_area_J_m2']:.0f}",
                      f"{r['at_rest_per_area_J_m2']:.0f}", f"{r['fracture_J_m2']:.0f}", f"{r['crack_area_by_pane_area']:.2f}",
                      f"{r['squares_in_50_x_50_mm']:.0f}", f"{r['squares_of_softening_joints_too']:.0f}",
                      f"{r['pieces_of_the_middle_in_50_x_50_mm']:.0f}", PUBLISHED[mpa], speed(r), r["elements_converted"],
