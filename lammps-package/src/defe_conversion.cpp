@@ -28,7 +28,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <optional>
+#include <memory>
 
 using namespace LAMMPS_NS;
 using defe::Vec3;
@@ -46,14 +46,14 @@ struct DefeConversion::Own {
 
 /** One conversion, of all ranks together. */
 struct DefeConversion::Draft {
+  /** What an atom is made of; small, since all elements of a rank may convert at once. */
   struct Birth {
-    defe::NewDE de;
-    DERecord record;
-    double strength;    // by its flaws
-    std::optional<defe::Mat3> prestress;
+    std::unique_ptr<DERecord> record;    // the one that it keeps
+    Vec3 X, x, v, omega;
+    double mass, radius, strength;    // the last by its flaws
+    std::unique_ptr<const defe::Mat3> prestress;
     DefeTiedDEs::List tied;
     tagint tag, node;    // node of the element beside it, 0: none
-    int part;
     imageint image;
   };
   std::vector<Own> own;    // by ID
@@ -274,6 +274,9 @@ void DefeConversion::convert_marked()
   update_beside(*c.plan);
 
   loss.begin(atom->nlocal + atom->nghost);
+  size_t born = 0;
+  for (const auto &o : c.own) born += sys.model.parts[o.hex->part].split.des();
+  c.births.reserve(born);
   for (const auto &o : c.own) {
     add_births(c, o);
     record_conversion(o);
@@ -283,7 +286,9 @@ void DefeConversion::convert_marked()
   const bigint nodes_gone = remove_converted(c);
   if (sys.in_place.going_on()) sys.in_place.make_room(static_cast<int>(c.births.size()));
   create_des(c);
-  finish(static_cast<bigint>(c.own.size()), nodes_gone, static_cast<bigint>(c.births.size()));
+  const size_t converted = c.own.size();
+  c = Draft();    // before LAMMPS moves atoms
+  finish(static_cast<bigint>(converted), nodes_gone, static_cast<bigint>(born));
 }
 
 void DefeConversion::record_conversion(const Own &o)
@@ -439,14 +444,19 @@ void DefeConversion::add_births(Draft &c, const Own &o)
   const defe::Mat3 *prestress = sys.prestress.of_element(idx[0], h);
   for (int k = 0; k < split.des(); k++) {
     Draft::Birth birth;
-    birth.de = all[k];
+    birth.X = all[k].X;
+    birth.x = all[k].x;
+    birth.v = all[k].v;
+    birth.omega = all[k].omega;
+    birth.mass = all[k].mass;
+    birth.radius = all[k].radius;
     birth.strength = strengths ? (*strengths)[k] : HUGE_VAL;
-    if (prestress) birth.prestress = *prestress;
-    birth.part = h.part;
+    if (prestress) birth.prestress = std::make_unique<const defe::Mat3>(*prestress);
     birth.node = split.node_at(k) < 0 ? 0 : h.node[split.node_at(k)];
     birth.image = atom->image[idx[0]];    // positions are in the frame of that node
     birth.tag = static_cast<tagint>(planned[k].id);
-    DERecord &r = birth.record;
+    birth.record = std::make_unique<DERecord>();
+    DERecord &r = *birth.record;
     fill_record(r, all[k], planned[k]);
     r.element = h.id;
     r.corner = k;
@@ -464,7 +474,7 @@ void DefeConversion::add_births(Draft &c, const Own &o)
       sys.tied_des.replace_ends(*c.plan, birth.tied);
       if (lost) sys.tied.let_go(h.id);
     }
-    c.births.push_back(birth);
+    c.births.push_back(std::move(birth));
   }
 }
 
@@ -479,7 +489,7 @@ void DefeConversion::fill_record(DERecord &r, const defe::NewDE &de, const defe:
                 "the same kinds");
   memset(static_cast<void *>(&r), 0, sizeof(DERecord));
   r.volume = de.volume;
-  r.newborn = 1;
+  r.newborn = r.fresh = 1;
   r.outer_distance = planned.outer_distance;
   r.outer_area = planned.outer_area;
   for (int s = 0; s < 6; s++) {
@@ -641,34 +651,34 @@ bigint DefeConversion::delete_nodes()
    atoms for the new DEs
 ------------------------------------------------------------------------- */
 
-void DefeConversion::create_des(const Draft &c)
+void DefeConversion::create_des(Draft &c)
 {
-  for (const auto &b : c.births) {
-    const DefePart &p = sys.model.parts[b.part];
-    double xnew[3] = {b.de.x[0], b.de.x[1], b.de.x[2]};
+  for (auto &b : c.births) {
+    const DefePart &p = sys.model.parts[b.record->part];
+    double xnew[3] = {b.x[0], b.x[1], b.x[2]};
     atom->avec->create_atom(p.type, xnew);
     const int i = atom->nlocal - 1;
     atom->tag[i] = b.tag;
     atom->mask[i] = 1 | group->bitmask[p.group];
-    atom->radius[i] = b.de.radius;
-    atom->rmass[i] = b.de.mass;
+    atom->radius[i] = b.radius;
+    atom->rmass[i] = b.mass;
     for (int k = 0; k < 3; k++) {
-      atom->v[i][k] = b.de.v[k];
-      atom->omega[i][k] = b.de.omega[k];
+      atom->v[i][k] = b.v[k];
+      atom->omega[i][k] = b.omega[k];
     }
     sys.ids.giving_birth(true);
     modify->create_attribute(i);
     sys.ids.giving_birth(false);
     atom->image[i] = b.image;
     double ref[3];
-    domain->unmap(b.de.X.data(), b.image, ref);
+    domain->unmap(b.X.data(), b.image, ref);
     sys.store.set_reference(i, ref);
-    sys.store.set_de(i, b.record);
+    const tagint element = b.record->element;
+    sys.store.set_de(i, std::move(b.record));
     sys.strengths.set_de(i, b.strength);
     if (b.prestress) sys.prestress.set_de(i, *b.prestress);
     sys.tied_des.set_de(i, b.tied);
-    sys.store.contacts_at(i).fresh = true;
-    take_ball_shares(i, c, b.record.element, b.node, p.split.des() == 1);
+    take_ball_shares(i, c, element, b.node, p.split.des() == 1);
     if (sys.in_place.going_on()) sys.in_place.add(i);
   }
 }
@@ -686,6 +696,7 @@ void DefeConversion::take_ball_shares(int i, const Draft &c, tagint element, tag
       std::lower_bound(shares.begin(), shares.end(), first, [](const auto &p, const auto &q) {
         return p.element != q.element ? p.element < q.element : p.node < q.node;
       });
+  if (share == shares.end() || share->element != element) return;
   auto &list = sys.store.contacts_at(i).spheres;
   for (;
        share != shares.end() && share->element == element && (of_all_nodes || share->node == node);

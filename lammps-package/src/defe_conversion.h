@@ -62,7 +62,7 @@ class DefeConversion : protected DefeComponent {
   bigint remove_converted(const Draft &);
   void take_losses();
   bigint delete_nodes();
-  void create_des(const Draft &);
+  void create_des(Draft &);
   void take_ball_shares(int i, const Draft &, tagint element, tagint node, bool of_all_nodes);
   void finish(bigint converted, bigint nodes_gone, bigint born);
   void leave_to_reneighbouring(int born);

@@ -76,7 +76,8 @@ struct DERecord {
   // faces that were free from the start, so that spheres of flat cells do not stand out of their
   // surface; else its radius and the face of a cube
   double outer_distance, outer_area;
-  int newborn;    // 1 until the first force evaluation (energy of conversion)
+  short newborn;    // 1 until the first force evaluation (energy of conversion)
+  short fresh;      // of this step's conversion: it takes over the contact of its element
   tagint lot;     // of its ID, see DefeIds::de_tag()
   JointSlot slot[6];
 
@@ -105,8 +106,6 @@ struct AtomContacts {
   std::vector<FaceContact> faces;
   std::vector<SphereContact> spheres;
   std::vector<JointCrack> cracks;    // of the DE's joints
-  bool fresh =
-      false;    // of a DE of this step's conversion: it takes over the contact of its element
 };
 
 using defe::prefetch;    // records of elements and DEs are scattered in memory

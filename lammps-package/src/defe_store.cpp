@@ -110,7 +110,7 @@ int DefeStore::DEs::unpack(int i, const double *buf)
 {
   of[i].reset();
   if (count(buf[0]) == 0) return 1;
-  set(i, DERecord());
+  set(i, std::make_unique<DERecord>());
   return 1 + take(&buf[1], *of[i]);
 }
 
@@ -125,7 +125,7 @@ static int size_of_contacts(const AtomContacts &t)
       CRACK_SIZE * static_cast<int>(t.cracks.size());
 }
 
-static constexpr int CONTACTS_HEAD = 4;
+static constexpr int CONTACTS_HEAD = 3;
 
 int DefeStore::Contacts::size(int i) const
 {
@@ -144,7 +144,6 @@ int DefeStore::Contacts::pack(int i, double *buf) const
   const AtomContacts *t = of[i].get();
   int m = 0;
   buf[m++] = packed(t ? t->faces.size() : 0u);
-  buf[m++] = packed(t && t->fresh ? 1u : 0u);
   buf[m++] = packed(t ? t->spheres.size() : 0u);
   buf[m++] = packed(t ? t->cracks.size() : 0u);
   if (!t) return m;
@@ -158,13 +157,11 @@ int DefeStore::Contacts::unpack(int i, const double *buf)
 {
   int m = 0;
   const int faces = count(buf[m++]);
-  const bool fresh = count(buf[m++]) != 0;
   const int spheres = count(buf[m++]);
   const int cracks = count(buf[m++]);
   of[i].reset();
-  if (faces + spheres + cracks == 0 && !fresh) return m;
+  if (faces + spheres + cracks == 0) return m;
   AtomContacts &t = at(i);
-  t.fresh = fresh;
   t.faces.resize(faces);
   t.spheres.resize(spheres);
   t.cracks.resize(cracks);

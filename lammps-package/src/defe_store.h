@@ -143,7 +143,7 @@ class DefeStore : protected DefeComponent {
 
   /** Null: it is not a DE. */
   DERecord *de(int i) const { return des.of[i].get(); }
-  void set_de(int i, const DERecord &r) { des.set(i, r); }
+  void set_de(int i, std::unique_ptr<DERecord> r) { des.set(i, std::move(r)); }
   /** Owned atoms that are DEs, in order. */
   const std::vector<int> &de_atoms() const;
   bool is_loose(int i) const;    // a DE that nothing holds
@@ -200,9 +200,9 @@ class DefeStore : protected DefeComponent {
   } frames;
   struct DEs : DefeRareField<DERecord> {
     using DefeRareField::of;
-    void set(int i, const DERecord &r)
+    void set(int i, std::unique_ptr<DERecord> r)
     {
-      of[i] = std::make_unique<DERecord>(r);
+      of[i] = std::move(r);
       came(i);
     }
     int size(int i) const override { return of[i] ? 1 + SIZE : 1; }

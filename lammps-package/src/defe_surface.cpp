@@ -71,13 +71,13 @@ class ContactRecords : public defe::ContactMemory {
   }
   bool newborn(int i) override
   {
-    const AtomContacts *t = sys.store.contacts_of(i);
-    return t && t->fresh;
+    const DERecord *r = sys.store.de(i);
+    return r && r->fresh;
   }
   bool inherits(int i, int part) override
   {
     // a DE that was an element with this contact a step ago
-    if (newborn(i) && sys.store.de(i) && sys.store.de(i)->part != part) return true;
+    if (newborn(i) && sys.store.de(i)->part != part) return true;
     // a tie that broke by shear while it was pressed
     const auto &jt = sys.joints;
     for (int ds : jt.debonded)
@@ -114,10 +114,7 @@ DefeSurface::~DefeSurface() = default;
 void DefeSurface::build()
 {
   forget();
-  fresh.clear();
-  for (int i : sys.joints.self)
-    if (i < atom->nlocal && sys.store.contacts_of(i) && sys.store.contacts_of(i)->fresh)
-      fresh.push_back(i);
+  fresh = sys.tables.fresh();
   if (!sys.model.contact()) return;
   if (!search) search = std::make_unique<DefeSurfaceSearch>(sys);
   search->run(tables);
@@ -249,8 +246,7 @@ void DefeSurface::forces(double *virial)
     to_book = false;
   }
   note_overlaps(r, a.moving);
-  for (int i : fresh)
-    if (sys.store.contacts_of(i)) sys.store.contacts_of(i)->fresh = false;
+  for (int d : fresh) sys.joints.rec[d]->fresh = 0;
   fresh.clear();
   search->gone.clear();
 }
@@ -263,7 +259,7 @@ void DefeSurface::book(const defe::SurfaceResult &r)
 {
   // what a broken tie held is still here
   for (const auto &one : r.inherited)
-    if (!sys.store.contacts_of(one.atom)->fresh) sys.ledger.release -= one.energy;
+    if (!sys.store.de(one.atom)->fresh) sys.ledger.release -= one.energy;
   for (const auto &t : r.let_through) {
     sys.ledger.through += t.energy;
     if (t.counts) note_let_through(t.atom, t.depth);

@@ -79,7 +79,7 @@ class DefeSurface : protected DefeComponent {
   std::vector<std::array<int, 4>> facet_nodes;    // of its facets, closely packed
   bool planes_fresh = false;                      // they belong to the current positions
   bool to_book = false;      // a conversion waits for the contact energy of its DEs
-  std::vector<int> fresh;    // owned DEs of this step's conversion
+  std::vector<int> fresh;    // DEs of this step's conversion
   // owned atoms that may have contacts: most points have none, and looking up the record of each costs as much as
   // all the rest
   std::vector<char> met;

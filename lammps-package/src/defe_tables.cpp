@@ -183,12 +183,11 @@ void DefeTables::build_joints()
   sys.tied_des.forget();
   tied_.clear();
   first_tied_.assign(1, 0);
+  fresh_.clear();
   outer_area_.clear();
   jt.of_atom.resize(nlocal + atom->nghost, -1);
   if (sys.census.des() == 0) return;
-  auto &ortho = ortho_drafts, &general = general_drafts;
-  ortho.clear();
-  general.clear();
+  general_drafts.clear();
   const auto &des = sys.store.de_atoms();
   for (size_t k = 0; k < des.size(); k++) {
     if (k + 2 < des.size()) prefetch(sys.store.de(des[k + 2]));
@@ -199,13 +198,15 @@ void DefeTables::build_joints()
     const bool tied = sys.tied_des.shape(i, cell);
     if (sys.prestress.on()) make_stress_free(draft, cell);
     if (!tied && defe::is_orthogonal(cell))
-      ortho.push_back(draft);
+      add_de(draft);
     else {
-      general.push_back(draft);
+      general_drafts.push_back(draft);
       jt.cell.push_back(cell);
     }
   }
-  list_des(ortho, general);
+  jt.orthogonal = static_cast<int>(jt.self.size());
+  for (const Draft &draft : general_drafts) add_de(draft);
+  list_des();
   for (int d = 0; d < jt.nde; d++) {
     if (d + 2 < jt.nde) prefetch(jt.rec[d + 2]);
     fill_slots(d);
@@ -261,23 +262,26 @@ void DefeTables::make_stress_free(Draft &draft, defe::GeneralCell &cell)
   }
 }
 
-void DefeTables::list_des(const std::vector<Draft> &ortho, const std::vector<Draft> &general)
+void DefeTables::add_de(const Draft &c)
 {
   auto &jt = sys.joints;
-  const int n = static_cast<int>(ortho.size() + general.size());
-  jt.nde = n;
-  jt.orthogonal = static_cast<int>(ortho.size());
-  jt.self.reserve(n);
-  for (const auto *list : {&ortho, &general})
-    for (const auto &c : *list) {
-      jt.of_atom[c.atom] = static_cast<int>(jt.self.size());
-      jt.self.push_back(c.atom);
-      jt.add(sys.store.de(c.atom));
-      jt.nb.push_back(c.nb);
-      jt.len.push_back(c.len);
-      jt.half.push_back(c.half);
-      if (sys.prestress.on()) jt.stress_free.push_back(c.stress_free);
-    }
+  jt.of_atom[c.atom] = static_cast<int>(jt.self.size());
+  jt.self.push_back(c.atom);
+  jt.add(sys.store.de(c.atom));
+  jt.nb.push_back(c.nb);
+  jt.len.push_back(c.len);
+  jt.half.push_back(c.half);
+  if (sys.prestress.on()) jt.stress_free.push_back(c.stress_free);
+}
+
+/* ----------------------------------------------------------------------
+   ghosts, and what there is of each
+------------------------------------------------------------------------- */
+
+void DefeTables::list_des()
+{
+  auto &jt = sys.joints;
+  const int n = jt.nde = static_cast<int>(jt.self.size());
   for (int i = atom->nlocal; i < atom->nlocal + atom->nghost; i++)
     if (outer.reach[i] > 0.0) {
       jt.of_atom[i] = static_cast<int>(jt.self.size());
@@ -301,6 +305,7 @@ void DefeTables::fill_slots(int d)
   jt.material[d] = static_cast<unsigned char>(r.part);
   outer_area_.push_back(r.outer_area);
   if (r.newborn) jt.newborn.push_back(d);
+  if (r.fresh) fresh_.push_back(d);
   for (int s = 0; s < 6; s++) {
     const JointSlot &slot = r.slot[s];
     if (slot.kind == DefeJoint::TIE)

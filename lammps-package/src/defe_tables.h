@@ -45,6 +45,8 @@ class DefeTables : protected DefeComponent {
   const std::vector<Tied> &tied() const { return tied_; }    // by DE
   int first_tied(int d) const { return first_tied_[d]; }     // up to the number of DEs
   double outer_area(int d) const { return outer_area_[d]; }
+  /** Those with DERecord::fresh. */
+  const std::vector<int> &fresh() const { return fresh_; }
 
   /** Strain energy of the corners of DE d with these joints; at the end the force on it by each joint. */
   double de_energy(int d, unsigned present) const;
@@ -58,19 +60,19 @@ class DefeTables : protected DefeComponent {
     std::array<double, 6> len, half;
     defe::Mat3 stress_free;    // only if some part has a prestress
   };
-  std::vector<Draft> ortho_drafts,
-      general_drafts;    // kept: new pages would cost more than what is in them
+  std::vector<Draft> general_drafts;    // kept: new pages would cost more than what is in them
   void update_frames();
   void build_joints();
   void draft_cell(int i, Draft &, defe::GeneralCell &);
   void make_stress_free(Draft &, defe::GeneralCell &);
-  void list_des(const std::vector<Draft> &ortho, const std::vector<Draft> &general);
+  void add_de(const Draft &);
+  void list_des();
   void fill_slots(int d);
   void add_tie(int d, int s);
   void find_others();
   std::vector<int> others_;
   std::vector<Tied> tied_;
-  std::vector<int> first_tied_;
+  std::vector<int> first_tied_, fresh_;
   std::vector<double> outer_area_;
 
   class Outer : public DefeMessage {
