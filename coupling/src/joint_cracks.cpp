@@ -93,8 +93,7 @@ void JointCracks::prepare()
     for (int k = 0; k < 3; ++k) X[d][k] = particles.reference(i)[k];
   }
   partner.assign(nall, {-1, -1, -1, -1, -1, -1});
-  other.assign(nall, {0, 0, 0, 0, 0, 0});
-  its_slot.resize(nall);
+  of_ghost.assign(nall - n, {});
   outer.assign(nall, 0);
   turned.assign(nall, 0);
   ties.assign(nall, 0);
@@ -121,8 +120,7 @@ void JointCracks::prepare()
       if (slot.kind == joint::TIE && slot.state == joint::CONNECTIVE && slot.part == r.part)
         ties[d] = static_cast<unsigned char>(ties[d] | 1u << s);
       if (slot.kind != joint::DE || jt.partner[d][s] < 0) continue;
-      other[d][s] = r.other[s];
-      its_slot[d][s] = slot.partner;
+      partner[d][s] = jt.partner[d][s];
       if (jt.state[6 * d + s] != joint::CONNECTIVE) state[6 * d + s] = CrackLattice::SOFTENING;
       if (!cracked) continue;
       for (const JointCrack &c : *cracked)
@@ -141,6 +139,14 @@ double JointCracks::least_strength_at(int d) const
   return least;
 }
 
+/// While tables are made.
+JointCracks::FarEnd JointCracks::far_end(int d, int s) const
+{
+  if (d >= jt.nde) return of_ghost[d - jt.nde][s];
+  const int there = partner[d][s];
+  return there < 0 ? FarEnd{} : FarEnd{id[there / 6], there % 6};
+}
+
 int JointCracks::pack_table(int d, double *buf) const
 {
   int64_t bits = static_cast<int64_t>(outer[d]) << OUTER_BITS |
@@ -149,10 +155,11 @@ int JointCracks::pack_table(int d, double *buf) const
   buf[1] = quiet[d];
   memcpy(&buf[2], &key[d], sizeof(double));
   for (int s = 0; s < 6; ++s) {
-    if (!other[d][s]) continue;
-    int64_t b = JOINED | static_cast<int64_t>(its_slot[d][s]) << 3;
+    const auto [there, its_slot] = far_end(d, s);
+    if (!there) continue;
+    int64_t b = JOINED | static_cast<int64_t>(its_slot) << 3;
     if (state[6 * d + s]) b |= CUT;
-    buf[m++] = as_double(other[d][s]);
+    buf[m++] = as_double(there);
     const auto cut = cuts.find(6 * d + s);
     if (cut != cuts.end()) {
       b |= REMEMBERED;
@@ -177,8 +184,7 @@ int JointCracks::unpack_table(int d, const double *buf)
   for (int s = 0; s < 6; ++s) {
     const int64_t b = bits >> (SLOT_BITS * s) & ((1 << SLOT_BITS) - 1);
     if (!(b & JOINED)) continue;
-    other[d][s] = as_integer(buf[m++]);
-    its_slot[d][s] = static_cast<signed char>(b >> 3 & 7);
+    of_ghost[d - jt.nde][s] = {as_integer(buf[m++]), static_cast<int>(b >> 3 & 7)};
     if (b & CUT) state[6 * d + s] = CrackLattice::SOFTENING;
     if (b & REMEMBERED) {
       cuts[6 * d + s] = unpack(&buf[m]);
@@ -196,22 +202,19 @@ void JointCracks::find_partners_of_ghosts()
   const Vec3 half_period = host.half_periods();
   for (int d = jt.nde; d < jt.nall; ++d)
     for (int s = 0; s < 6; ++s) {
-      if (other[d][s] <= 0) continue;
-      const int j = host.nearest(d, other[d][s]);
+      const auto [there, t] = far_end(d, s);
+      if (there <= 0) continue;
+      const int j = host.nearest(d, there);
       const int e = j < 0 ? -1 : jt.of_atom[j];
       if (e < 0) continue;
       bool near = true;
       for (int k = 0; k < 3; ++k) near = near && !(std::abs(X[e][k] - X[d][k]) > half_period[k]);
-      const int t = its_slot[d][s];
-      if (near && other[e][t] == id[d]) partner[d][s] = 6 * e + t;
+      if (near && far_end(e, t).id == id[d]) partner[d][s] = 6 * e + t;
     }
 }
 
 void JointCracks::resolve()
 {
-  for (int d = 0; d < jt.nde; ++d)
-    for (int s = 0; s < 6; ++s)
-      if (other[d][s]) partner[d][s] = jt.partner[d][s];
   find_partners_of_ghosts();
 
   // the lower end knows first
@@ -652,10 +655,7 @@ void JointCracks::end_of_step()
     const int there = other_end(joint);
     if (there < 0) continue;
     growth.remove_crack(lattice(), joint);
-    for (int end : {joint, there}) {
-      partner[end / 6][end % 6] = -1;
-      other[end / 6][end % 6] = 0;
-    }
+    for (int end : {joint, there}) partner[end / 6][end % 6] = -1;
   }
   parting.clear();
 }
@@ -683,8 +683,8 @@ void JointCracks::forget(int joint)
 double JointCracks::memory_usage() const
 {
   return static_cast<double>(id.capacity()) *
-      (sizeof(id[0]) + sizeof(X[0]) + sizeof(partner[0]) + sizeof(other[0]) + sizeof(its_slot[0]) +
-       sizeof(quiet[0]) + sizeof(key[0]) + 12.0);
+      (sizeof(id[0]) + sizeof(X[0]) + sizeof(partner[0]) + sizeof(quiet[0]) + sizeof(key[0]) +
+       12.0);
 }
 
 }    // namespace defe

@@ -76,7 +76,7 @@ void JointStates::gather(int d, ForceSums &sums)
       fi[0] += fx;
       fi[1] += fy;
       fi[2] += fz;
-      if (fx * fx + fy * fy + fz * fz > threshold[d][s]) above.push_back(6 * d + s);
+      if (reaches(fx * fx + fy * fy + fz * fz, d, s)) above.push_back(6 * d + s);
       ++joints;
       if (sums.tally.on()) {
         const double *xn = particles.at(nb);
@@ -93,7 +93,7 @@ void JointStates::gather(int d, ForceSums &sums)
         jt.for_place(nb, pull);
       else
         for (int a = 0; a < 4; ++a) pull(jt.tie_node[~nb][a], weights_of(jt.tie_spot[~nb])[a]);
-      if (h[0] * h[0] + h[1] * h[1] + h[2] * h[2] > threshold[d][s]) above.push_back(6 * d + s);
+      if (reaches(h[0] * h[0] + h[1] * h[1] + h[2] * h[2], d, s)) above.push_back(6 * d + s);
       ++ties;
       if (sums.tally.on()) {
         const double *p = &jt.tie_point[3 * ~nb];
@@ -126,9 +126,9 @@ int JointStates::unpack_forces(int d, const double *buf)
 
 // --- softening --------------------------------------------------------------
 
-SofteningJoint JointStates::softening(JointRecord &slot)
+SofteningJoint JointStates::softening(JointRecord &slot, SoftJoint &soft)
 {
-  return {slot.cohesive, slot.length0, slot.area, slot.stored, slot.lost, slot.pending};
+  return {soft.cohesive, soft.length0, slot.area, soft.stored, soft.lost, slot.pending};
 }
 
 /// Each by the rank of its lower ID.
@@ -145,6 +145,7 @@ void JointStates::soften(ForceSums &sums)
     if (n + ahead < awake.size()) {
       const Softening &next = softening_list[awake[n + ahead]];
       prefetch(next.record);
+      prefetch(next.soft);
       prefetch(next.crack);
       if (next.plane != 0) cracks_->expect_resting(jt.cohesive[awake[n + ahead]]);
     }
@@ -186,7 +187,8 @@ void JointStates::list_softening()
         prefetch(&jt.record(jt.cohesive[k + 4]));
       }
     JointRecord &slot = jt.record(jt.cohesive[k]);
-    softening_list.push_back({&slot, crack_of(jt.cohesive[k]), slot.plane});
+    softening_list.push_back(
+        {&slot, &jt.soft_joint(jt.cohesive[k]), crack_of(jt.cohesive[k]), slot.plane});
   }
 }
 
@@ -254,7 +256,8 @@ void JointStates::soften_tie(int d, int s, ForceSums &sums)
   const auto tie = tie_point(d, s);
   Vec3 v[4];
   for (int a = 0; a < 4; ++a) v[a] = particles.velocity(node[a]);
-  auto softening_joint = softening(slot);
+  SoftJoint &soft = jt.soft_joint(6 * d + s);
+  auto softening_joint = softening(slot, soft);
   const auto step = defe::soften(softening_joint, tie.normal(), tie.length(),
                                  dt * tie.slide(particles.velocity(i), v), moving, stiffness(d, s),
                                  adhesive_law(d, s));
@@ -265,7 +268,7 @@ void JointStates::soften_tie(int d, int s, ForceSums &sums)
     event(d, s, EventKind::DEBONDED, step.law.damage);
     return;
   }
-  stored.cohesive += slot.stored;
+  stored.cohesive += soft.stored;
 
   Vec3 on_node[4];
   tie.reactions(step.force, on_node);
@@ -293,7 +296,8 @@ void JointStates::soften_joint(int d, int s, ForceSums &sums)
   const Vec3 w = 0.5 * (particles.spin(i) + particles.spin(j));
   Vec3 slide = particles.velocity(j) - particles.velocity(i) - w.cross(y);
   slide -= slide.dot(n) * n;
-  auto softening_joint = softening(slot);
+  SoftJoint &soft = jt.soft_joint(6 * d + s);
+  auto softening_joint = softening(slot, soft);
   const auto step =
       defe::soften(softening_joint, n, length, dt * slide, moving, stiffness(d, s), law_of(d, s));
   book(step);
@@ -302,7 +306,7 @@ void JointStates::soften_joint(int d, int s, ForceSums &sums)
     event(d, s, EventKind::BROKEN, step.law.damage);
     return;
   }
-  stored.cohesive += slot.stored;
+  stored.cohesive += soft.stored;
 
   const Vec3 force = sums.rounding->force(step.force, i);
   const Vec3 moment = sums.rounding->torque(0.5 * y.cross(force), i);
@@ -345,8 +349,9 @@ void JointStates::soften_crack(int d, int s, CrackJoint &law, ForceSums &sums)
   ledger.release += r.dissipated - r.fracture;
   ledger.release += slot.pending ? r.work_new - r.dissipated - held : r.excess;
   slot.pending = 0;
-  slot.lost += r.dissipated;
-  slot.stored = held;
+  SoftJoint &soft = jt.soft_joint(ds);
+  soft.lost += r.dissipated;
+  soft.stored = held;
   stored.cohesive += held;
 
   if (slot.state == joint::COHESIVE && law.broken) {
@@ -481,7 +486,7 @@ JointView JointStates::view(int ds) const
     return v;
   }
 
-  auto state = CohesiveState::unpack(slot.cohesive);
+  auto state = CohesiveState::unpack(jt.soft_joint(ds).cohesive);
   const auto r = cohesive_update(state, 0.0, Vec3::Zero(), stiffness(d, s),
                                  tie ? adhesive_law(d, s) : law_of(d, s));
   v.t_n = r.t_n;

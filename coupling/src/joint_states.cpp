@@ -105,19 +105,20 @@ JointStates::OtherLaw JointStates::of_other_law() const
 
 void JointStates::new_tables()
 {
-  const std::array<double, 6> never = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
-  threshold.assign(jt.nde, never);
+  least_threshold.assign(jt.nde, HUGE_VAL);
   softening_list.clear();
   decided_elsewhere.clear();
   if (!laws.with_cohesive) return;
   for (int d = 0; d < jt.nde; ++d)
     for (int s = 0; s < 6; ++s) {
-      threshold[d][s] = threshold_of(d, s);
+      least_threshold[d] = std::min(least_threshold[d], threshold_of(d, s));
       if (jt.nb[d][s] >= 0 && jt.partner[d][s] >= 6 * jt.nde && !at_lower_id(d, s))
         decided_elsewhere.push_back(6 * d + s);
     }
 }
 
+/// Square of the force below which the strength cannot be reached; infinite where there is no joint to decide on, or
+/// where the other side decides.
 double JointStates::threshold_of(int d, int s) const
 {
   const bool tie = jt.nb[d][s] < 0;
@@ -126,8 +127,10 @@ double JointStates::threshold_of(int d, int s) const
     return HUGE_VAL;
   if (!tie && !at_lower_id(d, s)) return HUGE_VAL;
   if (jt.state[6 * d + s] != joint::CONNECTIVE) return HUGE_VAL;
-  const double limit =
-      jt.area[d][s] * opening(d, s).least_traction(tie ? adhesive_law(d, s) : law_at_start(d, s));
+  const double traction =
+      opening(d, s).least_traction(tie ? adhesive_law(d, s) : law_at_start(d, s));
+  if (!std::isfinite(traction)) return HUGE_VAL;
+  const double limit = jt.record(d, s).area * traction;
   return limit * limit * (1.0 - 1.0e-12);
 }
 
@@ -137,11 +140,19 @@ bool JointStates::starts(int d, int s)
 {
   JointRecord &slot = jt.record(d, s);
   const double *h = &jt.half_force[d][3 * s];
-  auto softening_joint = softening(slot);
+  SoftJoint start{};
+  auto softening_joint = softening(slot, start);
+  const auto keep = [&](bool starts) {    // most of those that are looked at do not
+    if (!starts) return false;
+    SoftJoint &soft = jt.soft_joint(6 * d + s);
+    std::copy_n(start.cohesive, CohesiveState::size, soft.cohesive);
+    soft.length0 = start.length0;
+    return true;
+  };
   if (jt.nb[d][s] < 0) {    // a tie: all of its force is the DE's half
     const auto tie = tie_point(d, s);
-    return start_softening(softening_joint, Vec3(h) / slot.area, tie.normal(), tie.normal(),
-                           tie.length(), stiffness(d, s), opening(d, s), adhesive_law(d, s));
+    return keep(start_softening(softening_joint, Vec3(h) / slot.area, tie.normal(), tie.normal(),
+                                tie.length(), stiffness(d, s), opening(d, s), adhesive_law(d, s)));
   }
   const int other = jt.partner[d][s];
   const double *g = &jt.half_force[other / 6][3 * (other % 6)];
@@ -150,8 +161,8 @@ bool JointStates::starts(int d, int s)
   const double length = y.norm();
   const Vec3 along = y / length;
   const Vec3 normal = d < jt.orthogonal ? along : face_normal(d, s, along);
-  return start_softening(softening_joint, t, normal, along, length, stiffness(d, s), opening(d, s),
-                         law_at_start(d, s));
+  return keep(start_softening(softening_joint, t, normal, along, length, stiffness(d, s),
+                              opening(d, s), law_at_start(d, s)));
 }
 
 void JointStates::make_pending(int joint)
@@ -266,7 +277,7 @@ void JointStates::share_out_release(int d, unsigned leaving)
   double share[6];
   cracks_->release(d, leaving, share);
   for (int s = 0; s < 6; ++s)
-    if ((leaving & 1u << s) && by_crack(d, s)) jt.record(d, s).stored = share[s];
+    if ((leaving & 1u << s) && by_crack(d, s)) jt.soft_joint(6 * d + s).stored = share[s];
 }
 
 /// First that all ranks know of the joints, then what both ends let go.
@@ -276,7 +287,7 @@ void JointStates::begin_cracks()
   std::array<double, 6> share{};
   for (std::size_t k = 0; k < jt.pending.size(); ++k) {    // they are sorted
     const int d = jt.pending[k] / 6, s = jt.pending[k] % 6;
-    if (by_crack(d, s)) share[s] = jt.record(d, s).stored;
+    if (by_crack(d, s)) share[s] = jt.soft_joint(6 * d + s).stored;
     if (k + 1 < jt.pending.size() && jt.pending[k + 1] / 6 == d) continue;
     cracks_->set_shares(d, share);
     share.fill(0.0);
@@ -300,11 +311,11 @@ void JointStates::switch_joint(int ds)
   slot.pending = 0;
   jt.state[ds] = joint::COHESIVE;
   jt.present[d] = static_cast<unsigned char>(jt.present[d] & ~(1u << s));
-  threshold[d][s] = HUGE_VAL;
   const bool tie = slot.kind == joint::TIE;
   if (!tie && !at_lower_id(d, s)) return;
   slot.pending = 2;    // its energy is booked with its first force
-  slot.stored = slot.lost = 0.0;
+  SoftJoint &soft = jt.soft_joint(ds);
+  soft.stored = soft.lost = 0.0;
   jt.cohesive.push_back(ds);
   if (!tie) damaged_ = true;
   if (!tie && by_crack(d, s)) {    // its strength is not known yet
@@ -313,7 +324,7 @@ void JointStates::switch_joint(int ds)
   }
   if (!tie && cracks_) cracks_->cut(ds);
   event(d, s, tie ? EventKind::ADHESIVE : EventKind::COHESIVE,
-        CohesiveState::unpack(slot.cohesive).s0);
+        CohesiveState::unpack(soft.cohesive).s0);
 }
 
 // --- to the end -------------------------------------------------------------
@@ -351,7 +362,7 @@ void JointStates::leave_plane(int d, int s)
   adopt_state(6 * d + s, joint::CONTACT);
   if (other >= 0 && other < 6 * jt.nde) {
     jt.record(other).plane = 0;
-    set_contact_distance(other, jt.record(d, s).contact_distance);
+    set_contact_distance(other, jt.records[d]->contact_distance(s));
     jt.state[other] = joint::CONTACT;
   }
 }
@@ -374,13 +385,13 @@ void JointStates::adopt_state(int ds, int state)
   if (was_plane)
     set_contact_distance(ds,
                          (1.0 - 1.0e-9) * (particles.position(j) - particles.position(i)).norm());
-  broken_.push_back({i, j, slot.contact_distance});
+  broken_.push_back({i, j, jt.records[d]->contact_distance(s)});
 }
 
 void JointStates::set_contact_distance(int ds, double distance)
 {
   auto &list = jt.contact_distances;
-  jt.record(ds).contact_distance = distance;
+  jt.soft_joint(ds).contact_distance = distance;
   const int other = jt.nb[ds / 6][ds % 6];
   const auto behind =
       std::find_if(list.begin(), list.end(), [ds](const JointTable::ContactDistance &a) {
@@ -453,7 +464,7 @@ int JointStates::unpack_states(int d, const double *buf)
 
 double JointStates::memory_usage() const
 {
-  return static_cast<double>(threshold.capacity()) * sizeof(threshold[0]) +
+  return static_cast<double>(least_threshold.capacity()) * sizeof(double) +
       (cracks_ ? cracks_->memory_usage() : 0.0);
 }
 

@@ -13,11 +13,10 @@ void JointTable::clear()
   for (int i : self)    // most particles are no DEs
     if (i < static_cast<int>(of_atom.size())) of_atom[i] = -1;
   self.clear();
-  slots.clear();
+  records.clear();
   nb.clear();
   partner.clear();
   present.clear();
-  area.clear();
   tie_element.clear();
   tie_part.clear();
   tie_spot.clear();

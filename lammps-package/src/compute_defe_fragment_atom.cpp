@@ -216,16 +216,17 @@ void ComputeDefeFragmentAtom::join(DisjointSets &sets)
           const int j = local_of(end);
           if (active[j]) sets.join(i, j);
         }
-    for (const auto &slot : de->slot) {
+    for (int s = 0; s < 6; s++) {
+      const auto &slot = de->slot[s];
       if (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT) continue;
       if (slot.kind == DefeJoint::DE) {
-        const int j = local_of(slot.other);
+        const int j = local_of(de->other[s]);
         if (active[j]) sets.join(i, j);
       } else if (selected[slot.part]) {
         int node[4];
         bool in = true;
         for (int a = 0; a < 4; a++) {
-          node[a] = local_of(slot.face_node[a]);
+          node[a] = local_of(de->tie->of[s][a]);
           in = in && active[node[a]];
         }
         if (in)

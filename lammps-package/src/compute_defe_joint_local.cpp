@@ -86,10 +86,10 @@ void ComputeDefeJointLocal::init()
 bool ComputeDefeJointLocal::counts(int d, int s) const
 {
   if (sys->joints.is_tied(d, s)) return true;
-  const JointSlot &slot = sys->joints.rec[d]->slot[s];
+  const JointRecord &slot = sys->joints.rec(d)->slot[s];
   if (slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT) return false;
   if (slot.kind == DefeJoint::TIE) return true;
-  return atom->tag[sys->joints.self[d]] < slot.other &&
+  return atom->tag[sys->joints.self[d]] < sys->joints.rec(d)->other[s] &&
       (atom->mask[sys->joints.nb[d][s]] & groupbit);
 }
 
@@ -142,20 +142,21 @@ void ComputeDefeJointLocal::grow(int n)
 double ComputeDefeJointLocal::value_of(Quantity q, int d, int s, const defe::JointView &view) const
 {
   const auto &jt = sys->joints;
-  const JointSlot &slot = jt.rec[d]->slot[s];
+  const DERecord &r = *jt.rec(d);
+  const JointRecord &slot = r.slot[s];
   switch (q) {
     case ID1:
       return static_cast<double>(atom->tag[jt.self[d]]);
     case ID2:
-      return static_cast<double>(slot.other);
+      return static_cast<double>(r.other[s]);
     case ATOM2:
-      return static_cast<double>(slot.kind == DefeJoint::TIE ? slot.face_node[0] : slot.other);
+      return static_cast<double>(slot.kind == DefeJoint::TIE ? r.tie->of[s][0] : r.other[s]);
     case KIND:
       return slot.kind;
     case STATE:
       return slot.state;
     case PART:
-      return jt.rec[d]->part + 1;
+      return r.part + 1;
     case DAMAGE:
       return view.damage;
     case OPENING:
@@ -202,7 +203,7 @@ double ComputeDefeJointLocal::value_of_tied(Quantity q, int d, int s,
     case STATE:
       return DefeJoint::CONNECTIVE;
     case AREA:
-      return jt.share_of_place(d, s) * jt.rec[d]->slot[s].area;
+      return jt.share_of_place(d, s) * jt.rec(d)->slot[s].area;
     case LENGTH0:
       return jt.cell[d - jt.orthogonal].dX[s].norm();
     default:

@@ -67,11 +67,12 @@ void DefeAccount::count_joints_and_motion(defe::EntryValues &mine)
   double kinetic = 0.0;
   const int nlocal = atom->nlocal;
   for (int i = 0; i < nlocal; i++) {
-    if (sys.store.de(i)) {
-      for (const auto &slot : sys.store.de(i)->slot) {
+    if (const DERecord *r = sys.store.de(i)) {
+      for (int s = 0; s < 6; s++) {
+        const JointRecord &slot = r->slot[s];
         if (slot.kind == DefeJoint::TIE)
           mine[of_tie[slot.state]] += 1.0;
-        else if (slot.kind == DefeJoint::DE && atom->tag[i] < slot.other)
+        else if (slot.kind == DefeJoint::DE && atom->tag[i] < r->other[s])
           mine[of_joint[slot.state]] += 1.0;
       }
     } else if (!sys.work.in_account(i))

@@ -185,13 +185,13 @@ void DefeAudit::joints(const char *when, const Known &known) const
                  when, update->ntimestep, r.corner + 1, r.element, me);
     joints.to_id(me, {me, 0, 0, 0, 0, r.element});
     for (int s = 0; s < 6; s++) {
-      const JointSlot &slot = r.slot[s];
+      const JointRecord &slot = r.slot[s];
       if (slot.kind == DefeJoint::DE)
-        joints.to_id(slot.other, {slot.other, me, s, slot.partner, slot.state, r.element});
+        joints.to_id(r.other[s], {r.other[s], me, s, slot.partner, slot.state, r.element});
       else if (slot.kind == DefeJoint::TIE && slot.state != DefeJoint::CONTACT) {
-        Tie t{slot.other, me, {0, 0, 0, 0}};
-        for (int k = 0; k < 4; k++) t.node[k] = slot.face_node[k];
-        ties.to_id(slot.other, t);
+        Tie t{r.other[s], me, {0, 0, 0, 0}};
+        for (int k = 0; k < 4; k++) t.node[k] = r.tie->of[s][k];
+        ties.to_id(r.other[s], t);
       }
     }
   }

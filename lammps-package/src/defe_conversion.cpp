@@ -345,28 +345,31 @@ void DefeConversion::collect_marked(Draft &c)
 
 void DefeConversion::ties_to_joints(const defe::ConversionPlan &plan)
 {
-  const auto ends = [&plan](const JointSlot &slot) {
-    return slot.kind == DefeJoint::TIE && plan.converting(slot.other);
-  };
   int last = -1;
   for (const auto &tied : sys.tables.tied()) {
     const int d = tied.de;
     if (d == last || !plan.converting(tied.element)) continue;
     last = d;
-    DERecord &r = *sys.joints.rec[d];
+    DERecord &r = *sys.joints.rec(d);
     if (!r.newborn) sys.ledger.conv_strain += sys.tables.de_energy(d, sys.joints.present[d]);
     r.newborn = 1;
-    for (auto &slot : r.slot) {
-      if (!ends(slot)) continue;
-      const auto element = plan.converting(slot.other)->coords();
+    bool tied_still = false;
+    for (int s = 0; s < 6; s++) {
+      JointRecord &slot = r.slot[s];
+      if (slot.kind != DefeJoint::TIE) continue;
+      const auto *converts = plan.converting(r.other[s]);
+      tied_still = tied_still || !converts;
+      if (!converts) continue;
       const int place = sys.model.parts[slot.part].split.place_of_code(slot.corner);
-      slot.contact_distance = contact_distance_if_separated(
-          sys.joints.self[d], slot.face_node, place, slot.partner, element, slot.part);
-      if (slot.contact_distance > 0.0) slot.state = DefeJoint::CONTACT;
+      const double distance = contact_distance_if_separated(
+          sys.joints.self[d], r.tie->of[s], place, slot.partner, converts->coords(), slot.part);
+      r.set_contact_distance(s, distance);
+      if (distance > 0.0) slot.state = DefeJoint::CONTACT;
       slot.asks = 0;
       slot.kind = DefeJoint::DE;
-      slot.other = static_cast<tagint>(plan.joint_of_tie(slot.other, place));
+      r.other[s] = static_cast<tagint>(plan.joint_of_tie(r.other[s], place));
     }
+    if (!tied_still) r.tie.reset();
   }
 }
 
@@ -459,8 +462,8 @@ void DefeConversion::add_births(Draft &c, const Own &o)
     DERecord &r = *birth.record;
     fill_record(r, all[k], planned[k]);
     r.element = h.id;
-    r.corner = k;
-    r.part = h.part;
+    r.corner = static_cast<short>(k);
+    r.part = static_cast<short>(h.part);
     r.lot = static_cast<tagint>(o.planned->lot);
     for (int s = 0; s < 6; s++)
       if (planned[k].slot[s].to_older)
@@ -487,14 +490,13 @@ void DefeConversion::fill_record(DERecord &r, const defe::NewDE &de, const defe:
   static_assert(static_cast<int>(defe::PlannedSlot::JOINT) == DefeJoint::DE &&
                     static_cast<int>(defe::PlannedSlot::TIE) == DefeJoint::TIE,
                 "the same kinds");
-  memset(static_cast<void *>(&r), 0, sizeof(DERecord));
   r.volume = de.volume;
   r.newborn = r.fresh = 1;
   r.outer_distance = planned.outer_distance;
   r.outer_area = planned.outer_area;
   for (int s = 0; s < 6; s++) {
     const auto &plan = planned.slot[s];
-    JointSlot &slot = r.slot[s];
+    JointRecord &slot = r.slot[s];
     const double area = de.area[s];
     slot.area = area;
     for (int c = 0; c < 3; c++) {
@@ -503,12 +505,13 @@ void DefeConversion::fill_record(DERecord &r, const defe::NewDE &de, const defe:
     }
     slot.state = DefeJoint::CONNECTIVE;
     slot.kind = plan.kind;
-    slot.other = static_cast<tagint>(plan.other);
+    r.other[s] = static_cast<tagint>(plan.other);
     slot.partner = plan.partner;
     slot.corner = plan.corner;
     slot.part = plan.part;
-    if (plan.kind == defe::PlannedSlot::TIE)
-      for (int c = 0; c < 4; c++) slot.face_node[c] = static_cast<tagint>(plan.face_node[c]);
+    if (plan.kind != defe::PlannedSlot::TIE) continue;
+    if (!r.tie) r.tie = std::make_unique<TieNodes>();
+    for (int c = 0; c < 4; c++) r.tie->of[s][c] = static_cast<tagint>(plan.face_node[c]);
   }
 }
 
@@ -520,22 +523,23 @@ void DefeConversion::break_joint_to_older(tagint tag, DERecord &r, int s,
                                           const defe::PlannedDE &planned, const defe::NewDE &de,
                                           const std::array<int, 8> &idx, const HexCoords &element)
 {
-  JointSlot &slot = r.slot[s];
+  JointRecord &slot = r.slot[s];
   const int near = sys.model.parts[r.part].split.first_on_face(r.corner, s);
   const int j =
-      domain->closest_image(idx[defe::fe::hex_face[s][near]], sys.ids.local_of(slot.other));
+      domain->closest_image(idx[defe::fe::hex_face[s][near]], sys.ids.local_of(r.other[s]));
   if (j < 0) return;    // deleted
   tagint face_node[4];
   for (int c = 0; c < 4; c++) face_node[c] = static_cast<tagint>(planned.slot[s].face_node[c]);
-  slot.contact_distance = contact_distance_if_separated(j, face_node, r.corner, s, element, r.part);
-  if (!(slot.contact_distance > 0.0)) return;
+  r.set_contact_distance(s,
+                         contact_distance_if_separated(j, face_node, r.corner, s, element, r.part));
+  if (!(r.contact_distance(s) > 0.0)) return;
   slot.state = DefeJoint::CONTACT;
   defe::Event e{};
   e.step = update->ntimestep;
   e.time = sys.clock.now();
   e.what = defe::EventKind::BROKEN;
-  e.a = MIN(tag, slot.other);
-  e.b = MAX(tag, slot.other);
+  e.a = MIN(tag, r.other[s]);
+  e.b = MAX(tag, r.other[s]);
   const Vec3 middle = 0.5 * (de.X + Vec3(sys.store.x_frame(j)));
   domain->unmap(middle.data(), atom->image[idx[0]], e.x);
   for (int c = 0; c < 3; c++) e.n[c] = slot.normal[c];

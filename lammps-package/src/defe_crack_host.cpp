@@ -17,14 +17,13 @@ using namespace LAMMPS_NS;
 
 defe::CrackDE DefeCrackHost::describe(int de) const
 {
-  const DERecord &r = *sys.joints.rec[de];
+  const DERecord &r = *sys.joints.rec(de);
   const int i = sys.joints.self[de];
   const auto split = sys.model.parts[r.part].split;
-  defe::CrackDE out{split.outer_slots(r.corner), 0, r.part, r.volume, {}, {}};
+  defe::CrackDE out{split.outer_slots(r.corner), 0, r.part, r.volume, {}};
   domain->unmap(sys.store.x_frame(i), atom->image[i], out.place.data());
   for (int s = 0; s < 6; s++) {
-    const JointSlot &slot = r.slot[s];
-    out.other[s] = slot.other;
+    const JointRecord &slot = r.slot[s];
     if (split.des() > 1 || slot.kind == DefeJoint::NONE) continue;
     const int first = defe::fe::hex_face_position(slot.partner, slot.corner);
     out.turned = static_cast<uint16_t>(out.turned | first << 2 * s);
@@ -34,7 +33,7 @@ defe::CrackDE DefeCrackHost::describe(int de) const
 
 void DefeCrackHost::expect(int de) const
 {
-  prefetch(sys.joints.rec[de]);
+  prefetch(sys.joints.rec(de));
   __builtin_prefetch(sys.store.contacts_of(sys.joints.self[de]));
 }
 

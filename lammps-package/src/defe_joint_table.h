@@ -11,19 +11,9 @@
 
 namespace LAMMPS_NS {
 
-/** The table of joints with the records of the DEs of this rank. */
+/** The table of joints, whose records are those of the DEs of this rank. */
 struct JointTable : defe::JointTable {
-  std::vector<DERecord *> rec;
-  void add(DERecord *r)
-  {
-    rec.push_back(r);
-    add_records(&r->slot[0], sizeof(JointSlot));
-  }
-  void clear()
-  {
-    defe::JointTable::clear();
-    rec.clear();
-  }
+  DERecord *rec(int d) const { return static_cast<DERecord *>(records[d]); }
 };
 
 }    // namespace LAMMPS_NS

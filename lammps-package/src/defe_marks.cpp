@@ -55,7 +55,7 @@ void DefeMarks::mark_asked()
   if (!cracks_ask_) return;
   asked.known.clear();
   for (int ds : sys.joints.asking) {
-    const tagint element = sys.joints.rec[ds / 6]->slot[ds % 6].other;
+    const tagint element = sys.joints.rec(ds / 6)->other[ds % 6];
     asked.at[sys.joints.self[ds / 6]].push_back(element);
     asked.known.insert(element);
   }

@@ -7,10 +7,10 @@
 #ifndef LMP_DEFE_RECORDS_H
 #define LMP_DEFE_RECORDS_H
 
-#include "defe_pool.h"
 #include "lmptype.h"
 
 #include "defe/coupling/joint_table.h"
+#include "defe/coupling/pool.h"
 #include "defe/coupling/prefetch.h"
 #include "defe/coupling/shielding.h"
 #include "defe/coupling/surface_forces.h"
@@ -56,33 +56,36 @@ struct HexRecord : HexPod {
 
 namespace DefeJoint = defe::joint;    // kinds and states
 using defe::JointCrack;
+using defe::JointRecord;
 
-/** IDs of the other end of a joint or tie. */
-struct JointIds {
-  tagint other;           // DE: its atom ID;  TIE: the ID of the element
-  tagint face_node[4];    // TIE: nodes of the face, from the DE's own corner node onwards
-};
-
-/** One of the six joint slots of a discrete element. */
-struct JointSlot : JointIds, defe::JointRecord {};
-
-/** What travels with a discrete element. Plain data: packed as bytes. */
-struct DERecord {
-  tagint element;    // the element it came from
-  int corner;        // its place there, see defe::ElementSplit
-  int part;
-  double volume;    // reference volume
+/** What travels with every discrete element, besides its joints. Plain data: packed as bytes. */
+struct DEPod {
+  tagint element;     // the element it came from
+  tagint lot;         // of its ID, see DefeIds::de_tag()
+  tagint other[6];    // of its slots; DE: the atom ID of the other one;  TIE: the ID of the element
+  double volume;      // reference volume
   // where a DE ends for balls and for facets of other parts: distance and area of the nearest of its
   // faces that were free from the start, so that spheres of flat cells do not stand out of their
   // surface; else its radius and the face of a cube
   double outer_distance, outer_area;
-  short newborn;    // 1 until the first force evaluation (energy of conversion)
-  short fresh;      // of this step's conversion: it takes over the contact of its element
-  tagint lot;     // of its ID, see DefeIds::de_tag()
-  JointSlot slot[6];
+  short corner;    // its place in the element, see defe::ElementSplit
+  short part;
+  char newborn;    // 1 until the first force evaluation (energy of conversion)
+  char fresh;      // of this step's conversion: it takes over the contact of its element
+  char pad[2];     // always 0
+};
 
-  static void *operator new(size_t) { return DefePool<DERecord>::take(); }
-  static void operator delete(void *r) { DefePool<DERecord>::give(r); }
+/** Of a discrete element that is tied to others: of each tie the nodes of the face, from the DE's own corner node
+    onwards. Plain data. */
+struct TieNodes {
+  tagint of[6][4];
+};
+
+struct DERecord : DEPod, defe::DEJoints {
+  std::unique_ptr<TieNodes> tie;    // null: none of its joints is a tie
+
+  static void *operator new(size_t) { return defe::Pool<DERecord>::take(); }
+  static void operator delete(void *r) { defe::Pool<DERecord>::give(r); }
 };
 
 /** Surface contact of a node or DE with one part, from step to step. Plain data. */

@@ -274,7 +274,7 @@ void DefeSphereContacts::contact_with_ball(int i, int j, const defe::VirialTally
     return;
   }
   const int part = jt.material[jt.of_atom[i]];
-  const double area = jt.rec[jt.of_atom[i]]->outer_area;
+  const double area = jt.rec(jt.of_atom[i])->outer_area;
   const double k_area = sys.surface.ball_stiffness(part, i) / area;
   if (!(k_area > 0.0)) return;
   const auto &law = defe::normal_law(laws.of(atom->type[i], atom->type[j]).normal_law);

@@ -29,7 +29,7 @@ class DefeSphereContacts : protected DefeComponent {
   /** The tables have changed since the last search: materials of ghosts are to be sent before the next. */
   bool outdated() const;
   void search();
-  /** A joint broke: its two DEs may touch. distance: see JointRecord::contact_distance. */
+  /** A joint broke: its two DEs may touch. distance: see SoftJoint::contact_distance. */
   void add(int i, int j, double distance = 0.0);
   void forces(const defe::VirialTally &);
   double memory_usage() const;
@@ -39,7 +39,7 @@ class DefeSphereContacts : protected DefeComponent {
   bigint built = -1;    // tables of the last search
   struct Candidate {
     int i, j;              // i is owned; j too and above i, or a ghost
-    double distance;       // of a broken joint: see JointRecord::contact_distance
+    double distance;       // of a broken joint: see SoftJoint::contact_distance
     bool apart = false;    // they have no records of each other
   };
   std::vector<Candidate> candidates;

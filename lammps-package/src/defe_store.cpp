@@ -98,20 +98,56 @@ int DefeStore::Frames::unpack(int i, const double *buf)
   return SIZE;
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   DEs, with what only some of them have
+------------------------------------------------------------------------- */
+
+static constexpr int DE_SIZE = doubles_of(sizeof(DEPod)) + doubles_of(sizeof(DERecord::slot));
+static constexpr int SOFT_SIZE = doubles_of(sizeof(defe::SoftJoints));
+static constexpr int TIE_SIZE = doubles_of(sizeof(TieNodes));
+static constexpr unsigned IS_DE = 1, WITH_SOFT = 2, WITH_TIE = 4;
+
+int DefeStore::DEs::most() const
+{
+  return 1 + DE_SIZE + SOFT_SIZE + TIE_SIZE;
+}
+
+int DefeStore::DEs::size(int i) const
+{
+  if (!of[i]) return 1;
+  return 1 + DE_SIZE + (of[i]->soft ? SOFT_SIZE : 0) + (of[i]->tie ? TIE_SIZE : 0);
+}
 
 int DefeStore::DEs::pack(int i, double *buf) const
 {
-  buf[0] = packed(of[i] ? 1u : 0u);
-  return of[i] ? 1 + put(&buf[1], *of[i]) : 1;
+  const DERecord *r = of[i].get();
+  buf[0] = packed(!r ? 0u : IS_DE | (r->soft ? WITH_SOFT : 0u) | (r->tie ? WITH_TIE : 0u));
+  if (!r) return 1;
+  int m = 1 + put(&buf[1], static_cast<const DEPod &>(*r));
+  m += put(&buf[m], r->slot);
+  if (r->soft) m += put(&buf[m], *r->soft);
+  if (r->tie) m += put(&buf[m], *r->tie);
+  return m;
 }
 
 int DefeStore::DEs::unpack(int i, const double *buf)
 {
+  const auto what = static_cast<unsigned>(count(buf[0]));
   of[i].reset();
-  if (count(buf[0]) == 0) return 1;
+  if (!what) return 1;
   set(i, std::make_unique<DERecord>());
-  return 1 + take(&buf[1], *of[i]);
+  DERecord &r = *of[i];
+  int m = 1 + take(&buf[1], static_cast<DEPod &>(r));
+  m += take(&buf[m], r.slot);
+  if (what & WITH_SOFT) {
+    r.soft = std::make_unique<defe::SoftJoints>();
+    m += take(&buf[m], *r.soft);
+  }
+  if (what & WITH_TIE) {
+    r.tie = std::make_unique<TieNodes>();
+    m += take(&buf[m], *r.tie);
+  }
+  return m;
 }
 
 /* ----------------------------------------------------------------------
@@ -349,7 +385,7 @@ const std::vector<int> &DefeStore::de_atoms() const
 bool DefeStore::is_loose(int i) const
 {
   const DERecord *r = de(i);
-  return r && std::all_of(std::begin(r->slot), std::end(r->slot), [](const JointSlot &slot) {
+  return r && std::all_of(std::begin(r->slot), std::end(r->slot), [](const JointRecord &slot) {
            return slot.kind == DefeJoint::NONE || slot.state == DefeJoint::CONTACT;
          });
 }
@@ -419,7 +455,8 @@ double DefeStore::memory_usage() const
        sizeof(contacts.of[0]));
   for (int i = 0; i < atom->nlocal; i++) {
     bytes += hexes(i).capacity() * sizeof(HexRecord);
-    if (de(i)) bytes += sizeof(DERecord);
+    if (const DERecord *r = de(i))
+      bytes += sizeof(*r) + (r->soft ? sizeof(*r->soft) : 0) + (r->tie ? sizeof(*r->tie) : 0);
   }
   return bytes;
 }

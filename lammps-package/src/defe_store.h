@@ -205,11 +205,10 @@ class DefeStore : protected DefeComponent {
       of[i] = std::move(r);
       came(i);
     }
-    int size(int i) const override { return of[i] ? 1 + SIZE : 1; }
+    int size(int i) const override;
     int pack(int i, double *buf) const override;
     int unpack(int i, const double *buf) override;
-    int most() const override { return 1 + SIZE; }
-    static constexpr int SIZE = doubles_of(sizeof(DERecord));
+    int most() const override;
   } des;
   struct Contacts : DefeRareField<AtomContacts> {
     using DefeRareField::of;

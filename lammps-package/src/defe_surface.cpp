@@ -81,7 +81,7 @@ class ContactRecords : public defe::ContactMemory {
     // a tie that broke by shear while it was pressed
     const auto &jt = sys.joints;
     for (int ds : jt.debonded)
-      if (jt.self[ds / 6] == i && jt.rec[ds / 6]->slot[ds % 6].part == part) return true;
+      if (jt.self[ds / 6] == i && jt.rec(ds / 6)->slot[ds % 6].part == part) return true;
     return false;
   }
   bool was_joined(int i, const defe::ContactFacet &facet) override
@@ -246,7 +246,7 @@ void DefeSurface::forces(double *virial)
     to_book = false;
   }
   note_overlaps(r, a.moving);
-  for (int d : fresh) sys.joints.rec[d]->fresh = 0;
+  for (int d : fresh) sys.joints.rec(d)->fresh = 0;
   fresh.clear();
   search->gone.clear();
 }

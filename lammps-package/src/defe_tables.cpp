@@ -208,7 +208,7 @@ void DefeTables::build_joints()
   for (const Draft &draft : general_drafts) add_de(draft);
   list_des();
   for (int d = 0; d < jt.nde; d++) {
-    if (d + 2 < jt.nde) prefetch(jt.rec[d + 2]);
+    if (d + 2 < jt.nde) prefetch(jt.rec(d + 2));
     fill_slots(d);
   }
   for (int d = jt.orthogonal; d < jt.nde; d++) sys.tied_des.add_places(jt, d);
@@ -221,14 +221,14 @@ void DefeTables::draft_cell(int i, Draft &draft, defe::GeneralCell &cell)
   draft.atom = i;
   cell.tie = cell.free = 0;
   for (int s = 0; s < 6; s++) {
-    JointSlot &slot = r.slot[s];
+    JointRecord &slot = r.slot[s];
     if (slot.kind == DefeJoint::NONE) cell.free |= 1 << s;
     draft.nb[s] = i;
     cell.dX[s].setZero();
     cell.face[s] = Vec3(slot.face);
     draft.len[s] = draft.half[s] = cell.face[s].norm();
     if (slot.kind == DefeJoint::DE && (slot.state != DefeJoint::CONTACT || slot.plane)) {
-      const int j = domain->closest_image(i, sys.ids.local_of(slot.other));
+      const int j = domain->closest_image(i, sys.ids.local_of(r.other[s]));
       if (j < 0 && slot.plane) {    // the other fragment was deleted
         slot.plane = 0;
         continue;
@@ -237,7 +237,7 @@ void DefeTables::draft_cell(int i, Draft &draft, defe::GeneralCell &cell)
         error->one(FLERR,
                    "DE {} is joined to DE {}, which is missing on proc {} at step {}: it was "
                    "lost or deleted, or the communication cutoff is too small",
-                   atom->tag[i], slot.other, comm->me, update->ntimestep);
+                   atom->tag[i], r.other[s], comm->me, update->ntimestep);
       for (int k = 0; k < 3; k++) cell.dX[s][k] = sys.store.x_frame(j)[k] - sys.store.x_frame(i)[k];
       draft.nb[s] = j;
       draft.len[s] = cell.dX[s].norm();
@@ -267,7 +267,7 @@ void DefeTables::add_de(const Draft &c)
   auto &jt = sys.joints;
   jt.of_atom[c.atom] = static_cast<int>(jt.self.size());
   jt.self.push_back(c.atom);
-  jt.add(sys.store.de(c.atom));
+  jt.records.push_back(sys.store.de(c.atom));
   jt.nb.push_back(c.nb);
   jt.len.push_back(c.len);
   jt.half.push_back(c.half);
@@ -291,7 +291,6 @@ void DefeTables::list_des()
   jt.partner.resize(n);
   jt.present.assign(n, 0);
   jt.free.assign(n, 0);
-  jt.area.resize(n);
   jt.material.resize(n);
   jt.half_force.assign(jt.nall, std::array<double, 18>{});
   jt.energy.assign(jt.nall, 0.0);
@@ -301,21 +300,20 @@ void DefeTables::list_des()
 void DefeTables::fill_slots(int d)
 {
   auto &jt = sys.joints;
-  DERecord &r = *jt.rec[d];
+  DERecord &r = *jt.rec(d);
   jt.material[d] = static_cast<unsigned char>(r.part);
   outer_area_.push_back(r.outer_area);
   if (r.newborn) jt.newborn.push_back(d);
   if (r.fresh) fresh_.push_back(d);
   for (int s = 0; s < 6; s++) {
-    const JointSlot &slot = r.slot[s];
+    const JointRecord &slot = r.slot[s];
     if (slot.kind == DefeJoint::TIE)
-      tied_.push_back({d, slot.part, slot.other, Vec3(slot.face).dot(Vec3(slot.normal))});
+      tied_.push_back({d, slot.part, r.other[s], Vec3(slot.face).dot(Vec3(slot.normal))});
     if (slot.kind == DefeJoint::NONE) jt.free[d] |= 1 << s;
     jt.partner[d][s] = -1;
     jt.state[6 * d + s] = slot.plane ? DefeJoint::PLANE : slot.state;
-    jt.area[d][s] = slot.area;
-    if (slot.contact_distance > 0.0)
-      jt.contact_distances.push_back({d, slot.other, slot.contact_distance});
+    if (r.contact_distance(s) > 0.0)
+      jt.contact_distances.push_back({d, r.other[s], r.contact_distance(s)});
     if (slot.kind == DefeJoint::NONE || jt.state[6 * d + s] == DefeJoint::CONTACT) continue;
     if (slot.kind == DefeJoint::DE) {
       const int j = jt.nb[d][s];
@@ -326,7 +324,7 @@ void DefeTables::fill_slots(int d)
     if (slot.pending == 1) jt.pending.push_back(6 * d + s);
     // a joint is computed by its lower ID, a tie by its only DE
     if ((slot.state == DefeJoint::COHESIVE || slot.plane) &&
-        (slot.kind == DefeJoint::TIE || atom->tag[jt.self[d]] < slot.other))
+        (slot.kind == DefeJoint::TIE || atom->tag[jt.self[d]] < r.other[s]))
       jt.cohesive.push_back(6 * d + s);
   }
   first_tied_.push_back(static_cast<int>(tied_.size()));
@@ -336,21 +334,20 @@ void DefeTables::add_tie(int d, int s)
 {
   auto &jt = sys.joints;
   const int i = jt.self[d];
-  const JointSlot &slot = jt.rec[d]->slot[s];
+  const DERecord &r = *jt.rec(d);
   std::array<int, 4> node;
   for (int k = 0; k < 4; k++) {
-    node[k] = domain->closest_image(i, sys.ids.local_of(slot.face_node[k]));
+    node[k] = domain->closest_image(i, sys.ids.local_of(r.tie->of[s][k]));
     if (node[k] < 0)
       error->one(FLERR, "Node {} of the face that DE {} is tied to is missing at step {}",
-                 slot.face_node[k], atom->tag[i], update->ntimestep);
+                 r.tie->of[s][k], atom->tag[i], update->ntimestep);
   }
   jt.nb[d][s] = ~static_cast<int>(jt.tie_node.size());
   jt.tie_node.push_back(node);
-  jt.tie_element.push_back(slot.other);
-  jt.tie_part.push_back(slot.part);
-  const DERecord &r = *jt.rec[d];
+  jt.tie_element.push_back(r.other[s]);
+  jt.tie_part.push_back(r.slot[s].part);
   jt.tie_spot.push_back(sys.model.parts[r.part].split.spot(r.corner, s));
-  if (slot.asks) jt.asking.push_back(6 * d + s);
+  if (r.slot[s].asks) jt.asking.push_back(6 * d + s);
 }
 
 /* ----------------------------------------------------------------------

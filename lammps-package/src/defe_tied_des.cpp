@@ -171,7 +171,7 @@ void DefeTiedDEs::book(const defe::ConversionPlan &plan)
           return plan.converting(p.other) != nullptr;
         }))
       continue;
-    DERecord &r = *sys.joints.rec[d];
+    DERecord &r = *sys.joints.rec(d);
     if (!r.newborn) sys.ledger.conv_strain += sys.tables.de_energy(d, sys.joints.present[d]);
     r.newborn = 1;
   }
@@ -206,7 +206,7 @@ bool DefeTiedDEs::shape(int i, defe::GeneralCell &cell) const
   for (auto first = list.begin(); first != list.end();) {
     const auto end = end_of_slot(first, list.end());
     const int s = first->slot;
-    const JointSlot &slot = sys.store.de(i)->slot[s];
+    const JointRecord &slot = sys.store.de(i)->slot[s];
     const auto place = place_of(first, end, Vec3(slot.face).dot(Vec3(slot.normal)));
     Vec3 dX = Vec3(first->offset) - Vec3(sys.store.x_frame(i));
     const double *w = place.weight.data();
@@ -228,7 +228,7 @@ void DefeTiedDEs::add_places(JointTable &jt, int d)
   for (auto first = list.begin(); first != list.end();) {
     const auto end = end_of_slot(first, list.end());
     const int s = first->slot;
-    const JointSlot &slot = sys.store.de(i)->slot[s];
+    const JointRecord &slot = sys.store.de(i)->slot[s];
     const double depth = Vec3(slot.face).dot(Vec3(slot.normal));
     const auto place = place_of(first, end, depth);
     std::vector<int> particles;

@@ -473,6 +473,6 @@ double FixDefe::memory_usage()
 {
   return sys.store.memory_usage() + sys.elements.memory_usage() + sys.kept.memory_usage() +
       sys.strengths.memory_usage() + sys.prestress.memory_usage() + sys.tied.memory_usage() +
-      sys.tied_des.memory_usage() + sys.joints.self.capacity() * 400.0 +
+      sys.tied_des.memory_usage() + sys.joints.self.capacity() * 330.0 +
       sys.joints.corners.capacity() * sizeof(defe::CornerTable);
 }

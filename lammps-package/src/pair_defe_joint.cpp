@@ -211,7 +211,7 @@ void PairDefeJoint::joint_forces(defe::ForceSums &sums)
     states->gather(sums);
   } else
     states->without_connective();
-  for (int d : sys->joints.newborn) sys->joints.rec[d]->newborn = 0;
+  for (int d : sys->joints.newborn) sys->joints.rec(d)->newborn = 0;
   sys->joints.newborn.clear();
   if (laws.with_cohesive) {
     states->soften(sums);
@@ -284,7 +284,7 @@ void PairDefeJoint::record(const defe::JointEvent &what)
   const auto &jt = sys->joints;
   const int d = what.joint / 6, s = what.joint % 6;
   const int i = jt.self[d], j = jt.nb[d][s];
-  const JointSlot &slot = jt.rec[d]->slot[s];
+  const JointRecord &slot = jt.record(what.joint);
   const bool tie = slot.kind == DefeJoint::TIE;
   const double *Xi = sys->store.x_frame(i), *Xj = tie ? nullptr : sys->store.x_frame(j);
   defe::Event e;
@@ -292,7 +292,7 @@ void PairDefeJoint::record(const defe::JointEvent &what)
   e.time = sys->clock.now();
   e.what = what.what;
   e.a = atom->tag[i];
-  e.b = slot.other;
+  e.b = jt.rec(d)->other[s];
   double len = 0.0;
   for (int k = 0; k < 3; k++) {
     e.x[k] = tie ? Xi[k] + slot.face[k] : Xi[k] + what.f * (Xj[k] - Xi[k]);

@@ -46,12 +46,12 @@ inline Joints joints(Lammps &lmp)
       const auto &slot = de->slot[s];
       if (slot.kind == LAMMPS_NS::DefeJoint::NONE) continue;
       const bool softening =
-          slot.state == LAMMPS_NS::DefeJoint::COHESIVE && lmp->atom->tag[i] < slot.other;
-      double kappa = softening ? slot.cohesive[5] : 0.0;
+          slot.state == LAMMPS_NS::DefeJoint::COHESIVE && lmp->atom->tag[i] < de->other[s];
+      double kappa = softening ? de->soft->of[s].cohesive[5] : 0.0;
       if (const auto *touch = store.contacts_of(i))
         for (const auto &c : touch->cracks)
           if (softening && c.slot == s) kappa = c.law.kappa;
-      mine.push_back({lmp->atom->tag[i], s, slot.kind, slot.state, slot.pending, slot.other,
+      mine.push_back({lmp->atom->tag[i], s, slot.kind, slot.state, slot.pending, de->other[s],
                       slot.partner, kappa});
     }
   }

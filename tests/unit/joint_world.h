@@ -19,11 +19,11 @@ class JointRank : public CrackHost {
   StoredEnergy stored;
   std::unique_ptr<JointStates> states;
   Vectors f, torque;
-  std::vector<JointRecord> records;
+  std::vector<DEJoints> records;
   std::vector<std::vector<JointCrack>> cracks;
 
   JointRank(const Block &b, const std::vector<int> &owned, const JointLaws &laws, bool boxes) :
-      records(6 * owned.size(), JointRecord{}), cracks(owned.size()), block(b)
+      records(owned.size()), cracks(owned.size()), block(b)
   {
     std::vector<int> order(owned);
     for (int g = 0; g < b.des(); ++g)
@@ -52,9 +52,7 @@ class JointRank : public CrackHost {
   CrackDE describe(int d) const override
   {
     const auto &p = block.de[block_de(d)];
-    CrackDE out{block.split.outer_slots(p.place), p.turned, 0, p.birth.volume, p.birth.X, {}};
-    for (int s = 0; s < 6; ++s)
-      if (p.present >> s & 1u && p.nb[s] >= 0) out.other[s] = block.nodes() + p.nb[s] + 1;
+    CrackDE out{block.split.outer_slots(p.place), p.turned, 0, p.birth.volume, p.birth.X};
     return out;
   }
   std::vector<JointCrack> *find_cracks(int d) const override
@@ -71,18 +69,17 @@ class JointRank : public CrackHost {
   void add(int d, int g, bool boxes)
   {
     const auto &p = block.de[g];
-    jt.add_records(&records[6 * d], sizeof(JointRecord));
+    jt.records.push_back(&records[d]);
     jt.nb.emplace_back();
     jt.partner.push_back({-1, -1, -1, -1, -1, -1});
     jt.len.emplace_back();
     jt.half.emplace_back();
-    jt.area.emplace_back();
     jt.present.push_back(static_cast<unsigned char>(p.present));
     if (!boxes) jt.cell.push_back(p.cell);
     Vec3 areas[6], other_areas[6];
     corner_areas(p.cell, p.present, areas);
     for (int s = 0; s < 6; ++s) {
-      JointRecord &r = records[6 * d + s];
+      JointRecord &r = records[d].slot[s];
       Vec3 area = areas[s];
       jt.nb[d][s] = jt.self[d];
       jt.half[d][s] = jt.len[d][s] = p.cell.face[s].norm();
@@ -106,7 +103,7 @@ class JointRank : public CrackHost {
           jt.tie_spot.push_back(block.spot[~p.nb[s]]);
         }
       }
-      r.area = jt.area[d][s] = area.norm();
+      r.area = area.norm();
       const Vec3 normal = area.normalized();
       for (int k = 0; k < 3; ++k) {
         r.face[k] = p.cell.face[s][k];

@@ -146,7 +146,7 @@ struct Tied {
       jt.cell[h.de].dX[h.slot] = dX;
       jt.cell[h.de].face[h.slot] = h.place.share * dX;
       jt.add_place(h.de, h.slot, h.ends, h.place.weight);
-      JointRecord &r = world.ranks[0]->records[6 * h.de + h.slot];
+      JointRecord &r = world.ranks[0]->records[h.de].slot[h.slot];
       r.area = p.birth.area[h.slot];
       for (int k = 0; k < 3; k++) r.normal[k] = p.birth.area_normal[h.slot][k] / r.area;
     }

@@ -24,8 +24,7 @@ struct CrackDE {
   std::uint16_t turned;
   int part;
   double volume;
-  Vec3 place;               ///< reference position, never wrapped
-  std::int64_t other[6];    ///< IDs of the other ends of joints and ties
+  Vec3 place;    ///< reference position, never wrapped
 };
 
 /// Who keeps the records of DEs, and finds particles by their IDs.
@@ -162,8 +161,12 @@ class JointCracks {
   std::vector<std::int64_t> id;
   std::vector<std::array<double, 3>> X;
   std::vector<std::array<int, 6>> partner;
-  std::vector<std::array<std::int64_t, 6>> other;      // ID of the other DE, 0: none
-  std::vector<std::array<signed char, 6>> its_slot;    // of the joint, at the other DE
+  struct FarEnd {
+    std::int64_t id = 0;    // of the other DE, 0: none
+    int slot = 0;           // of the joint there
+  };
+  std::vector<std::array<FarEnd, 6>> of_ghost;
+  FarEnd far_end(int d, int s) const;
   std::vector<unsigned char> outer, state, ties, type;
   std::vector<std::uint16_t> turned;
   std::vector<double> quiet;

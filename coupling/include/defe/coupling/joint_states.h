@@ -50,7 +50,7 @@ struct JointEvent {
 /// Two DEs that no joint holds any more.
 struct LooseDEs {
   int i, j;           ///< particles; j < 0: a tie is broken
-  double distance;    ///< see JointRecord::contact_distance
+  double distance;    ///< see SoftJoint::contact_distance
 };
 
 /// What there is to see of a joint, a tie or a joint to a tied place that is not broken, after an evaluation of forces.
@@ -131,9 +131,7 @@ class JointStates {
   std::vector<char>
       crack_cuts;    // by types, as JointLaws::coeffs: joints are cut by planes of their own
 
-  /// By slot: square of the force below which the strength cannot be reached; infinite where there is no
-  /// joint to decide on, or where the other side decides.
-  std::vector<std::array<double, 6>> threshold;
+  std::vector<double> least_threshold;      // by DE: of its joints
   std::vector<int> above;                   // joints with more force than that
   std::vector<unsigned char> pending_of;    // of each DE of this rank, a bit per slot
   std::vector<int> decided_elsewhere;       // joints whose state another rank decides
@@ -142,6 +140,7 @@ class JointStates {
   /// memory, and most rest.
   struct Softening {
     JointRecord *record;
+    SoftJoint *soft;
     JointCrack *crack;    // null: none cuts it
     signed char plane;    // as in the record
   };
@@ -167,6 +166,10 @@ class JointStates {
 
   // states: joint_states.cpp
   double threshold_of(int d, int s) const;
+  bool reaches(double force_squared, int d, int s) const
+  {
+    return force_squared > least_threshold[d] && force_squared > threshold_of(d, s);
+  }
   bool starts(int d, int s);
   void mark_pending(int joint);
   void make_pending(int joint);
@@ -197,7 +200,7 @@ class JointStates {
   void book(const SofteningStep &);
   Vec3 face_normal(int d, int s, const Vec3 &along) const;
   TiePoint tie_point(int d, int s) const;
-  static SofteningJoint softening(JointRecord &);
+  static SofteningJoint softening(JointRecord &, SoftJoint &);
 };
 
 }    // namespace defe

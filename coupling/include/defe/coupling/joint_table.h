@@ -10,11 +10,13 @@
 #include "defe/coupling/element_split.h"
 #include "defe/coupling/flaws_between.h"
 #include "defe/coupling/particles.h"
+#include "defe/coupling/pool.h"
 
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace defe {
@@ -28,19 +30,12 @@ namespace joint {
   constexpr signed char PLACE = 3;
 }    // namespace joint
 
-/// One of the six joint slots of a DE, but for the IDs of its other end. Slot 2*a (2*a+1) looks along the negative
+/// What every one of the six joint slots of a DE has, but for the ID of its other end. Slot 2*a (2*a+1) looks along the negative
 /// (positive) natural axis a of its element. Plain data, in restart files.
 struct JointRecord {
-  double area;           ///< reference area of the joint
-  double face[3];        ///< reference vector from the DE to the middle of its patch of the face
-  double normal[3];      ///< reference unit normal of the patch, pointing out of the DE
-  double cohesive[6];    ///< CohesiveState: e_n, e_s[3], s0, kappa
-  double length0;        ///< joint length at which e_n vanishes
-  double
-      contact_distance;    ///< > 0: of a broken joint, distance below which the two DEs are in contact
-  /// COHESIVE: stored energy, dissipated so far (J), kept by the lower ID; stored of a pending joint (1) that a
-  /// crack cuts: what this end's corners would have let go
-  double stored, lost;
+  double area;         ///< reference area of the joint
+  double face[3];      ///< reference vector from the DE to the middle of its patch of the face
+  double normal[3];    ///< reference unit normal of the patch, pointing out of the DE
   signed char kind, state;
   signed char partner;    ///< slot of the joint on the other DE (also of the one a TIE becomes)
   signed char
@@ -51,6 +46,42 @@ struct JointRecord {
   /// evaluations in which it need not be looked at, negative if it turns with the spins meanwhile
   signed char plane;
   signed char asks;    ///< TIE: 1: a crack wants to go on in the element, which is to convert
+};
+
+/// What only a joint has that has reached its strength or is broken. Plain data, in restart files.
+struct SoftJoint {
+  double cohesive[6];    ///< CohesiveState: e_n, e_s[3], s0, kappa
+  double length0;        ///< joint length at which e_n vanishes
+  double
+      contact_distance;    ///< > 0: of a broken joint, distance below which the two DEs are in contact
+  /// COHESIVE: stored energy, dissipated so far (J), kept by the lower ID; stored of a pending joint (1) that a
+  /// crack cuts: what this end's corners would have let go
+  double stored, lost;
+};
+
+/// Of all joints of a DE.
+struct SoftJoints {
+  SoftJoint of[6];
+  static void *operator new(std::size_t) { return Pool<SoftJoints>::take(); }
+  static void operator delete(void *r) { Pool<SoftJoints>::give(r); }
+};
+
+/// What a DE keeps of its joints: most DEs are those of a body that is whole, far from any crack.
+struct DEJoints {
+  JointRecord slot[6];
+  std::unique_ptr<SoftJoints> soft;    ///< null: none of them has come that far
+
+  /// Made, of zeros, if there is none.
+  SoftJoint &soft_joint(int s)
+  {
+    if (!soft) soft = std::make_unique<SoftJoints>();
+    return soft->of[s];
+  }
+  double contact_distance(int s) const { return soft ? soft->of[s].contact_distance : 0.0; }
+  void set_contact_distance(int s, double distance)
+  {
+    if (soft || distance > 0.0) soft_joint(s).contact_distance = distance;
+  }
 };
 
 /// What a joint that a crack cuts by its own plane remembers; kept by the DE of the lower ID. Plain data.
@@ -80,7 +111,6 @@ struct JointTable {
   std::vector<std::array<double, 18>> half_force;
   std::vector<double> energy;
   std::vector<unsigned char> state;    ///< 6 per DE, owned and ghost
-  std::vector<std::array<double, 6>> area;
   /// Stress at which flaws start a crack in a DE (strength_field.h), owned and ghost; infinite where they have no say,
   /// empty where they have none anywhere.
   std::vector<double> strength;
@@ -100,24 +130,17 @@ struct JointTable {
     double distance;
   };
   std::vector<ContactDistance>
-      contact_distances;        ///< JointRecord::contact_distance, where there is one; by DE
+      contact_distances;        ///< SoftJoint::contact_distance, where there is one; by DE
   std::vector<int> pending;     ///< joints and ties that switch in the next step
   std::vector<int> newborn;     ///< DEs that wait for their first force evaluation
   std::vector<int> cohesive;    ///< softening joints and ties that this rank computes
   std::vector<int> debonded;    ///< ties that broke in this step
   std::vector<int> asking;      ///< ties with JointRecord::asks
 
-  /// Records of an owned DE: the caller's, `stride` bytes from one slot to the next.
-  void add_records(JointRecord *first, std::size_t stride)
-  {
-    slots.push_back(reinterpret_cast<char *>(first));
-    slot_stride = stride;
-  }
-  JointRecord &record(int d, int s) const
-  {
-    return *reinterpret_cast<JointRecord *>(slots[d] + s * slot_stride);
-  }
+  std::vector<DEJoints *> records;    ///< of owned DEs: the caller's
+  JointRecord &record(int d, int s) const { return records[d]->slot[s]; }
   JointRecord &record(int joint) const { return record(joint / 6, joint % 6); }
+  SoftJoint &soft_joint(int joint) const { return records[joint / 6]->soft_joint(joint % 6); }
 
   /// What takes the place of sigma_t where a crack starts between two DEs: the least of their strengths.
   double flaws_between(int d, int e, double sigma_t) const
@@ -156,10 +179,6 @@ struct JointTable {
   /// Strain energy of the corners of an owned DE with these joints, at positions x, and their half forces.
   double corner_energy(int d, unsigned present, const double *x, const CornerModuli &,
                        Vec3 half_force[6]) const;
-
- private:
-  std::vector<char *> slots;
-  std::size_t slot_stride = sizeof(JointRecord);
 };
 
 }    // namespace defe

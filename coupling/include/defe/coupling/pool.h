@@ -1,11 +1,5 @@
-/* ----------------------------------------------------------------------
-   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
-   https://www.lammps.org/
-   This software is distributed under the GNU General Public License.
-------------------------------------------------------------------------- */
-
-#ifndef LMP_DEFE_POOL_H
-#define LMP_DEFE_POOL_H
+#ifndef DEFE_COUPLING_POOL_H
+#define DEFE_COUPLING_POOL_H
 
 #include <cstddef>
 #include <cstdlib>
@@ -15,16 +9,16 @@
 #include <sys/mman.h>
 #endif
 
-namespace LAMMPS_NS {
+namespace defe {
 
-/** Memory for many objects of one type that are made in one place and asked for in another: on large pages, where the
-    system has them, and one after the other. In small pages, scattered, looking up where a page lies takes longer than
-    reading it. It is kept for the next ones. Each thread has its own, since a program may run several LAMMPS. */
-template <class T> class DefePool {
+/// Memory for many objects of one type that are made in one place and asked for in another: on large pages, where the
+/// system has them, and one after the other. In small pages, scattered, looking up where a page lies takes longer than
+/// reading it. It is kept for the next ones. Each thread has its own, since a program may run several LAMMPS.
+template <class T> class Pool {
  public:
   static void *take()
   {
-    DefePool &pool = the();
+    Pool &pool = the();
     if (!pool.free) pool.grow();
     Place *place = pool.free;
     pool.free = place->next;
@@ -52,9 +46,9 @@ template <class T> class DefePool {
   Place *free = nullptr;
   Slab *slabs = nullptr;    // all of them, to the end of the program
 
-  static DefePool &the()
+  static Pool &the()
   {
-    static thread_local DefePool &pool = *new DefePool;
+    static thread_local Pool &pool = *new Pool;
     return pool;
   }
   void grow()
@@ -75,6 +69,6 @@ template <class T> class DefePool {
   }
 };
 
-}    // namespace LAMMPS_NS
+}    // namespace defe
 
 #endif
