@@ -7,6 +7,8 @@
 
 namespace defe {
 
+static_assert(sizeof(JointRecord) == 64, "a line of the cache: there are six for each DE");
+
 void JointTable::clear()
 {
   nde = orthogonal = nall = 0;

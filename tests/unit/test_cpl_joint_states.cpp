@@ -79,6 +79,31 @@ namespace {
       EXPECT_NEAR(w.f[i][0], before[i][0], 1e-9 * most) << "the force goes on";
   }
 
+  // What a joint needs from its strength on is not there before, and what was not found wanting does not make it.
+  TEST(JointStates, OnlyJointsThatHaveReachedTheirStrengthKeepMore)
+  {
+    JointWorld w(bar(), glass(true), on_one);
+    auto &jt = w.ranks[0]->jt;
+    pull(w, 59e6);
+    w.forces(1e-9);
+    w.forces(1e-9);
+    for (const DEJoints *r : jt.records) EXPECT_FALSE(r->soft);
+    pull(w, 61e6);
+    w.forces(1e-9);
+    w.forces(1e-9);
+    ASSERT_FALSE(jt.cohesive.empty());
+    std::vector<bool> softens(jt.nde, false);
+    for (int ds : jt.cohesive) {
+      softens[ds / 6] = true;
+      ASSERT_TRUE(jt.records[ds / 6]->soft);
+      EXPECT_GE(CohesiveState::unpack(jt.soft_joint(ds).cohesive).s0, 60e6);
+    }
+    int without = 0;
+    for (int d = 0; d < jt.nde; ++d)
+      if (!softens[d]) without += !jt.records[d]->soft;
+    EXPECT_GT(without, 0) << "the higher IDs of joints";
+  }
+
   TEST(JointStates, AnEvaluationBeforeARunSwitchesNothing)
   {
     JointWorld w(bar(), glass(true), on_one);
