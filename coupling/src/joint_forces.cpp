@@ -153,11 +153,12 @@ void JointStates::soften(ForceSums &sums)
     Softening &one = softening_list[awake[n]];
     const int d = ds / 6, s = ds % 6;
     if (one.record->kind == joint::TIE)
-      soften_tie(d, s, sums);
+      soften_tie(d, s, *one.soft, sums);
     else if (one.crack)    // another one of this DE may have come to its end a moment ago
-      soften_crack(d, s, (cracks_->moved().empty() ? one.crack : cracks_->find(ds))->law, sums);
+      soften_crack(d, s, *one.soft, (cracks_->moved().empty() ? one.crack : cracks_->find(ds))->law,
+                   sums);
     else
-      soften_joint(d, s, sums);
+      soften_joint(d, s, *one.soft, sums);
     one.plane = one.record->plane;
     any_ended = any_ended || jt.state[ds] == joint::CONTACT;
   }
@@ -185,6 +186,7 @@ void JointStates::list_softening()
       if (const auto *list = host.find_cracks(jt.cohesive[k + 4] / 6)) {
         __builtin_prefetch(list->data());
         prefetch(&jt.record(jt.cohesive[k + 4]));
+        __builtin_prefetch(&jt.records[jt.cohesive[k + 4] / 6]->soft);
       }
     JointRecord &slot = jt.record(jt.cohesive[k]);
     softening_list.push_back(
@@ -248,7 +250,7 @@ void JointStates::book(const SofteningStep &step)
   ledger.release += step.beside;
 }
 
-void JointStates::soften_tie(int d, int s, ForceSums &sums)
+void JointStates::soften_tie(int d, int s, SoftJoint &soft, ForceSums &sums)
 {
   const int i = jt.self[d];
   JointRecord &slot = jt.record(d, s);
@@ -256,7 +258,6 @@ void JointStates::soften_tie(int d, int s, ForceSums &sums)
   const auto tie = tie_point(d, s);
   Vec3 v[4];
   for (int a = 0; a < 4; ++a) v[a] = particles.velocity(node[a]);
-  SoftJoint &soft = jt.soft_joint(6 * d + s);
   auto softening_joint = softening(slot, soft);
   const auto step = defe::soften(softening_joint, tie.normal(), tie.length(),
                                  dt * tie.slide(particles.velocity(i), v), moving, stiffness(d, s),
@@ -286,7 +287,7 @@ void JointStates::soften_tie(int d, int s, ForceSums &sums)
   }
 }
 
-void JointStates::soften_joint(int d, int s, ForceSums &sums)
+void JointStates::soften_joint(int d, int s, SoftJoint &soft, ForceSums &sums)
 {
   const int i = jt.self[d], j = jt.nb[d][s];
   JointRecord &slot = jt.record(d, s);
@@ -296,7 +297,6 @@ void JointStates::soften_joint(int d, int s, ForceSums &sums)
   const Vec3 w = 0.5 * (particles.spin(i) + particles.spin(j));
   Vec3 slide = particles.velocity(j) - particles.velocity(i) - w.cross(y);
   slide -= slide.dot(n) * n;
-  SoftJoint &soft = jt.soft_joint(6 * d + s);
   auto softening_joint = softening(slot, soft);
   const auto step =
       defe::soften(softening_joint, n, length, dt * slide, moving, stiffness(d, s), law_of(d, s));
@@ -335,7 +335,7 @@ void JointStates::take_over_cracks()
 }
 
 /// A softening joint, or the closed plane of a broken one.
-void JointStates::soften_crack(int d, int s, CrackJoint &law, ForceSums &sums)
+void JointStates::soften_crack(int d, int s, SoftJoint &soft, CrackJoint &law, ForceSums &sums)
 {
   const int ds = 6 * d + s;
   JointRecord &slot = jt.record(ds);
@@ -349,7 +349,6 @@ void JointStates::soften_crack(int d, int s, CrackJoint &law, ForceSums &sums)
   ledger.release += r.dissipated - r.fracture;
   ledger.release += slot.pending ? r.work_new - r.dissipated - held : r.excess;
   slot.pending = 0;
-  SoftJoint &soft = jt.soft_joint(ds);
   soft.lost += r.dissipated;
   soft.stored = held;
   stored.cohesive += held;

@@ -79,6 +79,8 @@ struct DEPod {
     onwards. Plain data. */
 struct TieNodes {
   tagint of[6][4];
+  static void *operator new(size_t) { return defe::Pool<TieNodes>::take(); }
+  static void operator delete(void *r) { defe::Pool<TieNodes>::give(r); }
 };
 
 struct DERecord : DEPod, defe::DEJoints {

@@ -208,7 +208,11 @@ void DefeTables::build_joints()
   for (const Draft &draft : general_drafts) add_de(draft);
   list_des();
   for (int d = 0; d < jt.nde; d++) {
-    if (d + 2 < jt.nde) prefetch(jt.rec(d + 2));
+    if (d + 4 < jt.nde) prefetch(jt.rec(d + 4));
+    if (d + 2 < jt.nde) {
+      prefetch(jt.rec(d + 2)->soft.get());
+      prefetch(jt.rec(d + 2)->tie.get());
+    }
     fill_slots(d);
   }
   for (int d = jt.orthogonal; d < jt.nde; d++) sys.tied_des.add_places(jt, d);

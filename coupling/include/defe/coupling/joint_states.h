@@ -193,9 +193,9 @@ class JointStates {
   void wake_beside_cuts();
   void find_awake();
   void forget_ended();
-  void soften_tie(int d, int s, ForceSums &);
-  void soften_joint(int d, int s, ForceSums &);
-  void soften_crack(int d, int s, CrackJoint &, ForceSums &);
+  void soften_tie(int d, int s, SoftJoint &, ForceSums &);
+  void soften_joint(int d, int s, SoftJoint &, ForceSums &);
+  void soften_crack(int d, int s, SoftJoint &, CrackJoint &, ForceSums &);
   void apply_crack(int d, int s, const CrackForces &, ForceSums &);
   void book(const SofteningStep &);
   Vec3 face_normal(int d, int s, const Vec3 &along) const;
