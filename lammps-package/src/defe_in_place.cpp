@@ -16,6 +16,7 @@
 #include "fix.h"
 #include "modify.h"
 #include "neighbor.h"
+#include "update.h"
 
 #include <algorithm>
 #include <cmath>
@@ -255,9 +256,23 @@ void DefeInPlace::shift_messages(int by)
   }
 }
 
+/* ----------------------------------------------------------------------
+   What nothing was near until now may have moved farther than these tables allow for: then LAMMPS reneighbours in this step
+   after all.
+------------------------------------------------------------------------- */
+
 void DefeInPlace::make_tables()
 {
+  moved_too_far = false;
   for (auto *ifix : ours) ifix->pre_neighbor();
+  int mine = moved_too_far, any = 0;
+  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+  if (any) sys.host->next_reneighbor = update->ntimestep;
+}
+
+void DefeInPlace::watch(int i)
+{
+  if (i < atom->nlocal && !near_last_place(i)) moved_too_far = true;
 }
 
 void DefeInPlace::add(int i)

@@ -40,7 +40,10 @@ class DefeInPlace : protected DefeComponent {
   void make_room(int born);
   void add(int i);                        // a DE, with its ID
   int shift() const { return shift_; }    // of ghosts
-  void make_tables();                     // anew, of all fixes of this package
+  /** Makes those of all fixes of this package anew. */
+  void make_tables();
+  /** While they are made: this node may be in contact from now on. */
+  void watch(int i);
   void end() { going_on_ = false; }
 
   /** What the tables must allow for, as they are made at the positions of now: how much nearer two atoms may come until they are
@@ -49,6 +52,7 @@ class DefeInPlace : protected DefeComponent {
 
  private:
   bool allowed_ = false, going_on_ = false;
+  bool moved_too_far = false;
   std::vector<Fix *> ours;    // that have tables
   int listed = 0;             // local atoms before
   int shift_ = 0;

@@ -245,11 +245,16 @@ void DefeSurfaceSearch::notice_around_gone()
   // and those beside them: whether the surface goes on beyond an edge is seen from there
   const size_t known = sys.elements.noticed().size();
   sys.elements.notice_at(nodes);
-  nodes.clear();
   const auto &list = sys.elements.noticed();
-  for (size_t k = known; k < list.size(); k++)
-    add_nodes(*sys.elements.batches()[list[k].first].hex[list[k].second], nodes);
+  const auto nodes_from = [&](size_t first) {
+    nodes.clear();
+    for (size_t k = first; k < list.size(); k++)
+      add_nodes(*sys.elements.batches()[list[k].first].hex[list[k].second], nodes);
+  };
+  nodes_from(known);
   sys.elements.notice_at(nodes);
+  nodes_from(known);
+  for (int i : nodes) sys.in_place.watch(i);
 
   // ghosts have moved in memory
   const int shift = sys.in_place.shift();
