@@ -92,8 +92,8 @@ void DefeInPlace::look_at_commands()
       (alone || typeid(*comm) == typeid(CommBrick));
 }
 
-// What may touch anything has moved by at most so much of the skin since the last reneighbouring. It may move by half the skin from
-// where it was then, until the next one: from where it is now by this much more, and two things by twice that.
+// What may touch anything is at most so much of the skin away from where it was when LAMMPS last looked. It may go half the skin from
+// there until LAMMPS reneighbours: from where it is now by this much more, and two things by twice that.
 static constexpr double MOVED = 0.1;
 
 double DefeInPlace::slack() const
@@ -101,17 +101,31 @@ double DefeInPlace::slack() const
   return (allowed_ ? 1.0 + 2.0 * MOVED : 1.0) * neighbor->skin;
 }
 
-bool DefeInPlace::near_last_place(int i) const
+/* ----------------------------------------------------------------------
+   Where LAMMPS last saw an atom may be set to where it is now if no other rank has it as a ghost, and none will before it has moved by
+   half the skin again: nothing but our tables depends on it.
+------------------------------------------------------------------------- */
+
+bool DefeInPlace::near_last_place(int i)
 {
   const double *const then = neighbor->get_xhold()[i];
   double way = 0.0;
   for (int k = 0; k < 3; k++) way += (atom->x[i][k] - then[k]) * (atom->x[i][k] - then[k]);
   const double limit = MOVED * neighbor->skin;
-  return way <= limit * limit;
+  if (way <= limit * limit) return true;
+  if (!away_from_borders(i, neighbor->skin)) return false;
+  gone_on.push_back(i);
+  return true;
+}
+
+void DefeInPlace::see_again()
+{
+  for (int i : gone_on) std::copy_n(atom->x[i], 3, neighbor->get_xhold()[i]);
+  gone_on.clear();
 }
 
 /** Of this rank; what others have of it as ghosts may touch something there. */
-bool DefeInPlace::hardly_moved() const
+bool DefeInPlace::hardly_moved()
 {
   const auto stays = [this](int i) {
     return i >= atom->nlocal || near_last_place(i);
@@ -129,8 +143,9 @@ bool DefeInPlace::hardly_moved() const
   return true;
 }
 
-bool DefeInPlace::possible() const
+bool DefeInPlace::possible()
 {
+  gone_on.clear();
   if (!allowed_ || sys.census.des() == 0 || !sys.ghosts.enough()) return false;
   tagint mine[3] = {0, 0, 0}, all[3];    // not here; elements; the last of them
   if (!hardly_moved()) mine[0] = 1;
@@ -138,7 +153,7 @@ bool DefeInPlace::possible() const
   for (const auto &one : sys.elements.marked()) {
     const DefeBatch &b = sys.elements.batches()[one.first];
     for (int i : b.nodes(one.second))
-      if (!away_from_borders(i)) mine[0] = 1;
+      if (!away_from_borders(i, 0.0)) mine[0] = 1;
     born += sys.model.parts[b.part()].split.des();
     mine[2] = MAX(mine[2], b.hex[one.second]->id);
   }
@@ -159,15 +174,15 @@ bool DefeInPlace::possible() const
    other ranks, and images of this one, know nothing of what happens farther inside than ghosts come from
 ------------------------------------------------------------------------- */
 
-bool DefeInPlace::away_from_borders(int i) const
+bool DefeInPlace::away_from_borders(int i, double more) const
 {
   if (i >= atom->nlocal) return false;
   for (int d = 0; d < 3; d++) {
     const double far = MAX(comm->cutghost[d], sys.ghosts.reach()) + neighbor->skin;
     const bool low = comm->myloc[d] > 0 || domain->periodicity[d];
     const bool high = comm->myloc[d] < comm->procgrid[d] - 1 || domain->periodicity[d];
-    if (low && atom->x[i][d] < domain->sublo[d] + far) return false;
-    if (high && atom->x[i][d] > domain->subhi[d] - far) return false;
+    if (atom->x[i][d] < domain->sublo[d] + (low ? far : 0.0) + more) return false;
+    if (atom->x[i][d] > domain->subhi[d] - (high ? far : 0.0) - more) return false;
   }
   return true;
 }
@@ -179,6 +194,7 @@ bool DefeInPlace::away_from_borders(int i) const
 void DefeInPlace::begin()
 {
   going_on_ = true;
+  see_again();
   listed = atom->nlocal;
   place_before.clear();
 }
@@ -265,6 +281,7 @@ void DefeInPlace::make_tables()
 {
   moved_too_far = false;
   for (auto *ifix : ours) ifix->pre_neighbor();
+  see_again();
   int mine = moved_too_far, any = 0;
   MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
   if (any) sys.host->next_reneighbor = update->ntimestep;

@@ -27,7 +27,7 @@ class DefeInPlace : protected DefeComponent {
   /** No set-up command of LAMMPS forbids it. */
   bool allowed() const { return allowed_; }
   /** The elements that are marked now can convert so; collective. */
-  bool possible() const;
+  bool possible();
 
   // one conversion, in this order
 
@@ -58,9 +58,12 @@ class DefeInPlace : protected DefeComponent {
   int shift_ = 0;
   std::unordered_map<int, int> place_before;    // of atoms that were moved, by where they are
 
-  bool away_from_borders(int node) const;
-  bool near_last_place(int i) const;
-  bool hardly_moved() const;
+  std::vector<int> gone_on;    // have moved farther, where no other rank needs to know
+  /** more: by so much farther; also from borders of the box. */
+  bool away_from_borders(int i, double more) const;
+  bool near_last_place(int i);
+  void see_again();
+  bool hardly_moved();
   void shift_ghosts(int by);
   void shift_messages(int by);
 };
