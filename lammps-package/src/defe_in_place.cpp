@@ -14,6 +14,7 @@
 #include "comm_brick.h"
 #include "domain.h"
 #include "fix.h"
+#include "memory.h"
 #include "modify.h"
 #include "neighbor.h"
 #include "update.h"
@@ -27,14 +28,22 @@ using namespace LAMMPS_NS;
 
 namespace {
 
+constexpr int SPARE =
+    16;    // arrays that grow have room for a sixteenth more: growing is a pass over all atoms
+
 // members of LAMMPS' classes that are protected: it has no functions for single atoms that come and go
 
 struct Map : Atom {
   static bool has_room(const Atom *atom, int n, tagint last)
   {
-    if (atom->nlocal + atom->nghost + n > atom->*(&Map::max_same)) return false;
     if (atom->map_style == Atom::MAP_ARRAY) return last <= atom->map_tag_max;
     return atom->*(&Map::map_nused) + n <= atom->*(&Map::map_nhash);
+  }
+  static void make_room(Atom *atom, Memory *memory, int n)
+  {
+    if (n <= atom->*(&Map::max_same)) return;
+    atom->*(&Map::max_same) = n + n / SPARE;
+    memory->grow(atom->sametag, n + n / SPARE, "atom:sametag");
   }
   static void remove(Atom *atom, tagint tag)
   {
@@ -55,7 +64,12 @@ struct Map : Atom {
 };
 
 struct Lists : Neighbor {
-  static int room(const Neighbor *neighbor) { return neighbor->*(&Lists::maxhold); }
+  static void make_room(Neighbor *neighbor, Memory *memory, int n)
+  {
+    if (n <= neighbor->*(&Lists::maxhold)) return;
+    neighbor->*(&Lists::maxhold) = n;
+    memory->grow(neighbor->*(&Lists::xhold), n, 3, "neigh:xhold");
+  }
 };
 
 struct Swaps : CommBrick {
@@ -163,9 +177,7 @@ bool DefeInPlace::possible()
   MPI_Allreduce(mine, all, 3, MPI_LMP_TAGINT, MPI_MAX, world);
   if (all[0]) return false;
   const bigint last = sys.ids.highest_born(all[2], count);
-  const int room = MIN(atom->nmax, Lists::room(neighbor));
-  int fits = last <= MAXTAGINT && Map::has_room(atom, born, static_cast<tagint>(last)) &&
-      atom->nlocal + atom->nghost + born <= room;
+  int fits = last <= MAXTAGINT && Map::has_room(atom, born, static_cast<tagint>(last));
   MPI_Allreduce(MPI_IN_PLACE, &fits, 1, MPI_INT, MPI_MIN, world);
   return fits != 0;
 }
@@ -220,6 +232,10 @@ void DefeInPlace::moved(int from, int to)
 
 void DefeInPlace::make_room(int born)
 {
+  const int all = MAX(listed, atom->nlocal + born) + atom->nghost;
+  if (all > atom->nmax) atom->avec->grow(all + all / SPARE);
+  Map::make_room(atom, memory, all);
+  Lists::make_room(neighbor, memory, atom->nmax);
   shift_ = atom->nlocal + born - listed;
   if (atom->nghost == 0) return;
   shift_ghosts(shift_);
