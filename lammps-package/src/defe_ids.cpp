@@ -57,16 +57,20 @@ void DefeIds::look_at_all()
   }
 }
 
-tagint DefeIds::last_lot_in_use() const
+bigint DefeIds::last_lot_in_use(tagint last_id) const
 {
   const int size = sys.model.lot_size();
-  return MAX((MAX(now.last_id, last_here) - now.base + size - 1) / size, now.last_element);
+  const bigint in_use = (static_cast<bigint>(last_id) - now.base + size - 1) / size;
+  return MAX(in_use, static_cast<bigint>(now.last_element));
 }
 
-bigint DefeIds::highest_born(tagint last_element, bigint elements) const
+bigint DefeIds::highest_born(tagint last_element, bigint elements)
 {
-  const bool behind_all = now.lots_moved || foreign_lots || !looked;
-  const bigint last_lot = behind_all ? last_lot_in_use() + elements : last_element;
+  look_at_all();
+  tagint mine[2] = {MAX(now.last_id, last_here), foreign_lots ? 1 : 0}, all[2];
+  MPI_Allreduce(mine, all, 2, MPI_LMP_TAGINT, MPI_MAX, world);
+  const bool behind_all = now.lots_moved || all[1];
+  const bigint last_lot = behind_all ? last_lot_in_use(all[0]) + elements : last_element;
   return now.base + sys.model.lot_size() * last_lot;
 }
 
@@ -128,7 +132,7 @@ bigint DefeIds::deal_behind_all(const std::vector<tagint> &elements,
   MPI_Scan(&count, &up_to_me, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   MPI_Allreduce(&count, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
 
-  const bigint first = static_cast<bigint>(last_lot_in_use()) + 1;
+  const bigint first = last_lot_in_use(now.last_id) + 1;
   struct Answer {
     tagint lot;
     int index;

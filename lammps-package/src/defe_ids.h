@@ -34,8 +34,8 @@ class DefeIds : protected DefeComponent {
   void begin();
   /** Lots for the elements of this rank that convert now, given by ID; collective. */
   std::vector<tagint> deal_lots(const std::vector<tagint> &elements);
-  /** No DE has a higher ID after so many elements have converted, of which this is the last one. */
-  bigint highest_born(tagint last_element, bigint elements) const;
+  /** No DE has a higher ID after so many elements have converted, of which this is the last one; collective. */
+  bigint highest_born(tagint last_element, bigint elements);
 
   void forget_newcomers();
   void set_natoms(bigint n) { natoms_known = n; }
@@ -64,7 +64,7 @@ class DefeIds : protected DefeComponent {
 
   tagint last_de() const;
   void look_at_all();
-  tagint last_lot_in_use() const;
+  bigint last_lot_in_use(tagint last_id) const;
   bigint deal_behind_all(const std::vector<tagint> &elements, std::vector<tagint> &lots) const;
 };
 
