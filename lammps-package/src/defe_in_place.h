@@ -14,6 +14,8 @@
 
 namespace LAMMPS_NS {
 
+class Fix;
+
 /** Conversions without a reneighbouring, which takes passes over all atoms while a few of them change. Atoms come and go between
     the local ones and the ghosts, and what LAMMPS knows by their indices follows: its map, its lists of what goes to other
     ranks, its positions at the last reneighbouring. Only far from the borders of sub-domains, where no other rank knows
