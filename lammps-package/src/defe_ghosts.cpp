@@ -58,10 +58,6 @@ void DefeGhosts::provide(double longest)
   if (neighbor->style) neighbor->setup_bins();
 }
 
-/* ----------------------------------------------------------------------
-   to what is needed now; false if that was there
-------------------------------------------------------------------------- */
-
 bool DefeGhosts::enough() const
 {
   bool all = comm->cutghostuser >= reach();
@@ -70,17 +66,19 @@ bool DefeGhosts::enough() const
   return all;
 }
 
+/* ----------------------------------------------------------------------
+   to what is needed now; false if that was there
+------------------------------------------------------------------------- */
+
 bool DefeGhosts::raise()
 {
-  bool more = comm->cutghostuser < reach();
-  if (more) comm->cutghostuser = reach();
+  if (enough()) return false;
+  comm->cutghostuser = MAX(comm->cutghostuser, reach());
   for (int t = 1; t <= atom->ntypes && by_type(); t++) {
     double &cut = comm->cutusermulti[neighbor->type2collection[t]];
-    if (cut >= reach(ball[t])) continue;
-    cut = reach(ball[t]);
-    more = true;
+    cut = MAX(cut, reach(ball[t]));
   }
-  return more;
+  return true;
 }
 
 /* ----------------------------------------------------------------------
