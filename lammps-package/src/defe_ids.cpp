@@ -40,37 +40,35 @@ tagint DefeIds::last_de() const
 }
 
 /* ----------------------------------------------------------------------
-   once in a run, and after others have inserted atoms: a pass over all atoms
+   what others have inserted; once in a run, and after they have done so, a pass over all atoms
 ------------------------------------------------------------------------- */
 
 void DefeIds::look_at_all()
 {
-  if (looked) return;
-  looked = true;
-  last_here = 0;
-  foreign_lots = false;
+  tagint mine[2] = {now.last_id, 0}, all[2];
   const tagint last = last_de();
-  for (int i = 0; i < atom->nlocal; i++) {
+  for (int i = 0; i < atom->nlocal && !looked; i++) {
     const tagint tag = atom->tag[i];
-    last_here = MAX(last_here, tag);
-    if (!sys.store.de(i) && tag > now.base && tag <= last) foreign_lots = true;
+    mine[0] = MAX(mine[0], tag);
+    if (!sys.store.de(i) && tag > now.base && tag <= last) mine[1] = 1;
   }
+  looked = true;
+  MPI_Allreduce(mine, all, 2, MPI_LMP_TAGINT, MPI_MAX, world);
+  now.last_id = all[0];
+  if (all[1]) now.lots_moved = 1;
 }
 
-bigint DefeIds::last_lot_in_use(tagint last_id) const
+bigint DefeIds::last_lot_in_use() const
 {
   const int size = sys.model.lot_size();
-  const bigint in_use = (static_cast<bigint>(last_id) - now.base + size - 1) / size;
+  const bigint in_use = (static_cast<bigint>(now.last_id) - now.base + size - 1) / size;
   return MAX(in_use, static_cast<bigint>(now.last_element));
 }
 
 bigint DefeIds::highest_born(tagint last_element, bigint elements)
 {
   look_at_all();
-  tagint mine[2] = {MAX(now.last_id, last_here), foreign_lots ? 1 : 0}, all[2];
-  MPI_Allreduce(mine, all, 2, MPI_LMP_TAGINT, MPI_MAX, world);
-  const bool behind_all = now.lots_moved || all[1];
-  const bigint last_lot = behind_all ? last_lot_in_use(all[0]) + elements : last_element;
+  const bigint last_lot = now.lots_moved ? last_lot_in_use() + elements : last_element;
   return now.base + sys.model.lot_size() * last_lot;
 }
 
@@ -86,15 +84,13 @@ bigint DefeIds::highest_born(tagint last_element, bigint elements)
 std::vector<tagint> DefeIds::deal_lots(const std::vector<tagint> &elements)
 {
   look_at_all();
-  tagint mine[3] = {MAX(now.last_id, last_here), foreign_lots ? 1 : 0, 0}, all[3];
-  for (tagint id : elements) mine[2] = MAX(mine[2], id);
-  MPI_Allreduce(mine, all, 3, MPI_LMP_TAGINT, MPI_MAX, world);
-  now.last_id = all[0];
-  if (all[1]) now.lots_moved = 1;
-  if (all[2] == 0) return {};    // nothing converts
+  tagint mine = 0, last_element = 0;
+  for (tagint id : elements) mine = MAX(mine, id);
+  MPI_Allreduce(&mine, &last_element, 1, MPI_LMP_TAGINT, MPI_MAX, world);
+  if (last_element == 0) return {};    // nothing converts
 
   std::vector<tagint> lots(elements);
-  bigint last_lot = all[2];
+  bigint last_lot = last_element;
   if (now.lots_moved) last_lot = deal_behind_all(elements, lots);
   const int size = sys.model.lot_size();
   if (now.base + size * last_lot > MAXTAGINT)
@@ -132,7 +128,7 @@ bigint DefeIds::deal_behind_all(const std::vector<tagint> &elements,
   MPI_Scan(&count, &up_to_me, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   MPI_Allreduce(&count, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
 
-  const bigint first = last_lot_in_use(now.last_id) + 1;
+  const bigint first = last_lot_in_use() + 1;
   struct Answer {
     tagint lot;
     int index;

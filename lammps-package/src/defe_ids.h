@@ -58,13 +58,11 @@ class DefeIds : protected DefeComponent {
   bool birth = false;
   bigint natoms_known = -1;                  // at the last reneighbouring
   bool looked = false;                       // at all atoms of this rank
-  tagint last_here = 0;                      // of these
-  bool foreign_lots = false;                 // some have IDs of lots that are still to be dealt
   std::vector<tagint> doubtful_newcomers;    // IDs of inserted atoms that a DE may have
 
   tagint last_de() const;
-  void look_at_all();
-  bigint last_lot_in_use(tagint last_id) const;
+  void look_at_all();    // collective
+  bigint last_lot_in_use() const;
   bigint deal_behind_all(const std::vector<tagint> &elements, std::vector<tagint> &lots) const;
 };
 
