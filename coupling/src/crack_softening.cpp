@@ -38,16 +38,12 @@ namespace {
   /// Of the joints that R was taken from: which, and whether they said how the DE has turned.
   constexpr unsigned joints_used = 0x3f, said_how = 0x40;
 
-  /// Rotation of one end, and what it was taken from. A DE that is poor in joints is held about some axis by one joint alone; what
-  /// this joint turns by would be the shear of the cut one, with more than its stiffness. The cut one itself has a say there. Not
-  /// beside a single joint: about that one it alone would say how the DE has turned, its frame would follow its own shear, and turn
-  /// over where the two come to lie on a line.
+  /// Rotation of one end, and what it was taken from.
   DERotation turn_of(const CrackEnd &end, int slot, unsigned char &used)
   {
     unsigned use = end.present;
     DERotation turn = de_rotation(end, use);
-    const bool several = (use & (use - 1)) != 0;
-    if (turn.poor && several && slot >= 0) {
+    if (slot >= 0 && crack_joint_has_a_say(turn, use)) {
       use |= 1u << slot;
       turn = de_rotation(end, use);
     }
@@ -116,6 +112,12 @@ namespace {
   }
 
 }    // namespace
+
+bool crack_joint_has_a_say(const DERotation &turn, unsigned present)
+{
+  const bool several = (present & (present - 1)) != 0;
+  return turn.poor && several;
+}
 
 // --- switch -----------------------------------------------------------------
 

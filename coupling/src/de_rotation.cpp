@@ -278,6 +278,9 @@ void de_rotations(int n, const CrackEnd *end, DERotation *out)
 DERotation de_rotation(const CrackEnd &end, unsigned use)
 {
   if (end.turn && use == end.present) return *end.turn;
+  const unsigned more = use & ~end.present;
+  if (more && (more & (more - 1)) == 0 && use == (end.present | more))
+    if (const DERotation *known = end.with[__builtin_ctz(more)]) return *known;
   const CrackEnd by{end.dX, end.y, use};
   DERotation r;
   de_rotations(1, &by, &r);

@@ -336,6 +336,26 @@ void JointCracks::know(const std::vector<int> &joints)
   }
   de_rotations(static_cast<int>(n), known_ends.data(), known_turns.data());
   for (size_t k = 0; k < n; ++k) known_ends[k].turn = &known_turns[k];
+  know_with_cut(joints);
+}
+
+/// Of DEs that are poor in joints also the rotation by these and the cut one.
+void JointCracks::know_with_cut(const std::vector<int> &joints)
+{
+  poor_ends.clear();
+  poor_joints.clear();
+  for (int joint : joints)
+    for (int here : {joint, other_end(joint)}) {
+      const CrackEnd &end = known_end(here / 6);
+      if (!crack_joint_has_a_say(*end.turn, end.present)) continue;
+      poor_ends.push_back({end.dX, end.y, end.present | 1u << here % 6});
+      poor_joints.push_back(here);
+    }
+  const size_t n = poor_ends.size();
+  poor_turns.resize(std::max(n, poor_turns.size()));
+  de_rotations(static_cast<int>(n), poor_ends.data(), poor_turns.data());
+  for (size_t k = 0; k < n; ++k)
+    known_ends[known_place[poor_joints[k] / 6]].with[poor_joints[k] % 6] = &poor_turns[k];
 }
 
 CrackGeometry JointCracks::geometry(int joint) const

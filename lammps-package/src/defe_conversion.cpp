@@ -578,6 +578,10 @@ void DefeConversion::Loss::begin(int n)
     count[i] = 0;
   }
   nodes.clear();
+  if (static_cast<size_t>(n) > mass.capacity()) {    // DEs come with each conversion
+    mass.reserve(n + n / 16);
+    count.reserve(n + n / 16);
+  }
   mass.resize(n, 0.0);
   count.resize(n, 0);
 }

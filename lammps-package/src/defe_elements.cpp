@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 
 using namespace LAMMPS_NS;
@@ -36,10 +37,16 @@ void DefeBatch::cover(int e)
 {
   const auto &idx = nodes(e);
   const auto ends = std::minmax_element(idx.begin(), idx.end());
-  const size_t block = e / BLOCK;
-  if (block >= blocks.size()) blocks.push_back({*ends.first, *ends.second});
-  blocks[block].first = MIN(blocks[block].first, *ends.first);
-  blocks[block].last = MAX(blocks[block].last, *ends.second);
+  const Range its{*ends.first, *ends.second};
+  cover(blocks, e / BLOCK, its);
+  cover(groups, e / (BLOCK * GROUP), its);
+}
+
+void DefeBatch::cover(std::vector<Range> &ranges, size_t which, const Range &also)
+{
+  if (which >= ranges.size()) ranges.push_back(also);
+  ranges[which].first = MIN(ranges[which].first, also.first);
+  ranges[which].last = MAX(ranges[which].last, also.last);
 }
 
 bool DefeBatch::may_have(const Range &range, const std::vector<int> &places, int limit) const
@@ -179,10 +186,16 @@ void DefeElements::drop(const std::vector<int> &anchors, int limit)
       b.remove(*e);
     }
   }
+  // the lists are as long as the surface, and next to nothing in them is concerned: most of it is told by a few bits
+  const auto bit = [](int e) {
+    return std::uint64_t(1) << (e & 63);
+  };
+  std::uint64_t concerned = 0;
+  for (const auto &one : now) concerned |= bit(one.first.second);
   for (auto *list : {&exposed_, &fronts_, &noticed_, &marked_}) {
     size_t n = 0;
     for (const auto &one : *list) {
-      const auto found = now.find(one);
+      const auto found = concerned & bit(one.second) ? now.find(one) : now.end();
       const int e = found == now.end() ? one.second : found->second;
       if (e >= 0) (*list)[n++] = {one.first, e};
     }

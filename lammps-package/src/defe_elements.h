@@ -45,21 +45,27 @@ struct DefeBatch : defe::fe::ElementBatch {
     hex.pop_back();
     if (e < size()) cover(e);
     blocks.resize((size() + BLOCK - 1) / BLOCK);
+    groups.resize((blocks.size() + GROUP - 1) / GROUP);
   }
   void clear()
   {
     ElementBatch::clear();
     hex.clear();
     blocks.clear();
+    groups.clear();
   }
   /** All elements with a node at one of these places, in order, or from `limit` on, are among those that f gets, in order:
-      blocks of elements that have none there are left out. */
+      blocks of elements that have none there are left out, and groups of such blocks. */
   template <class F> void for_blocks(const std::vector<int> &places, int limit, const F &f) const
   {
-    for (size_t k = 0; k < blocks.size(); k++) {
-      if (!may_have(blocks[k], places, limit)) continue;
-      const int end = MIN(size(), static_cast<int>(k + 1) * BLOCK);
-      for (int e = static_cast<int>(k) * BLOCK; e < end; e++) f(e);
+    for (size_t g = 0; g < groups.size(); g++) {
+      if (!may_have(groups[g], places, limit)) continue;
+      const size_t last = MIN(blocks.size(), (g + 1) * GROUP);
+      for (size_t k = g * GROUP; k < last; k++) {
+        if (!may_have(blocks[k], places, limit)) continue;
+        const int end = MIN(size(), static_cast<int>(k + 1) * BLOCK);
+        for (int e = static_cast<int>(k) * BLOCK; e < end; e++) f(e);
+      }
     }
   }
 
@@ -67,12 +73,14 @@ struct DefeBatch : defe::fe::ElementBatch {
   defe::fe::StressBound bound_weights;    // of the criterion, if convertible
 
  private:
-  static constexpr int BLOCK = 64;
+  static constexpr int BLOCK = 64;    // elements
+  static constexpr int GROUP = 32;    // blocks
   struct Range {
     int first, last;
   };
-  std::vector<Range> blocks;    // of local indices of nodes, at least
-  void cover(int e);            // element e is new at its place
+  std::vector<Range> blocks, groups;    // of local indices of nodes, at least
+  void cover(int e);                    // element e is new at its place
+  static void cover(std::vector<Range> &, size_t which, const Range &);
   bool may_have(const Range &, const std::vector<int> &places, int limit) const;
 };
 

@@ -69,6 +69,13 @@ struct CrackJoint {
   unsigned char pad[5];    ///< always 0
 };
 
+/// Whether the rotation of a DE beside a cut joint is taken from this joint, too. A DE that is poor in joints is held about some
+/// axis by one joint alone; what this joint turns by would be the shear of the cut one, with more than its stiffness. Not
+/// beside a single joint: about that one the cut one alone would say how the DE has turned, its frame would follow its own
+/// shear, and turn over where the two come to lie on a line.
+/// \param turn  by the joints that are present
+bool crack_joint_has_a_say(const DERotation &turn, unsigned present);
+
 /// Strain energy that a DE's corners let go when joints `leaving` leave them together, shared out
 /// among these as each would let go alone.
 /// \return the whole

@@ -24,8 +24,9 @@ struct CrackEnd {
   const Vec3 *dX;      ///< [6] reference joint vectors
   const Vec3 *y;       ///< [6] current ones; also of joints that are no longer connective
   unsigned present;    ///< connective joints and ties
-  const DERotation *turn =
-      nullptr;    ///< de_rotation() of those present, if the caller has it already
+  // what the caller has already of de_rotation()
+  const DERotation *turn = nullptr;    ///< of those present
+  const DERotation *with[6] = {};      ///< of those present and this one
 };
 
 /// By the joints in `use`.

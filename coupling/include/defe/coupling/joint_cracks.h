@@ -203,6 +203,10 @@ class JointCracks {
   std::vector<CrackEnd> known_ends;
   std::vector<DERotation> known_turns;
   const CrackEnd &known_end(int d) const { return known_ends[known_place[d]]; }
+  std::vector<CrackEnd> poor_ends;    // CrackEnd::with of these
+  std::vector<int> poor_joints;
+  std::vector<DERotation> poor_turns;
+  void know_with_cut(const std::vector<int> &joints);
 
   std::vector<CrackBox> boxes;    // of DEs that are marked, see mark()
   std::vector<CrackStress> box_stress;
