@@ -147,8 +147,48 @@ bool DefeMarks::is_shielded(HexRecord &h, const DefePart &p, double value, doubl
 
 bool DefeMarks::closes(bigint evaluation) const
 {
-  const bigint window = sys.model.collect;
-  return evaluation / window != (evaluation + sys.clock.subcycle().every()) / window;
+  const bigint steps = window();
+  return evaluation / steps != (evaluation + sys.clock.subcycle().every()) / steps;
+}
+
+int DefeMarks::window() const
+{
+  if (sys.model.collect > 0) return sys.model.collect;
+  const double longest = longest_wait();
+  if (!(update->dt > 0.0) || !std::isfinite(longest)) return 1;
+  // the last digits of a step that others have set are not to decide
+  return static_cast<int>(std::clamp(longest / update->dt * (1.0 + 1.0e-9), 1.0, 1.0e6));
+}
+
+double DefeMarks::longest_wait() const
+{
+  double longest = HUGE_VAL;
+  for (const auto &p : sys.model.parts)
+    if (waits(p)) longest = std::min(longest, de_spacing(p) / crack_speed(p));
+  return longest;
+}
+
+/* ----------------------------------------------------------------------
+   a crack waits for elements that are collected. It runs at up to half the speed of shear waves, and asks for them
+   a DE ahead: the spacing of DEs is that of the fastest wave between them in their stable step.
+------------------------------------------------------------------------- */
+
+bool DefeMarks::waits(const DefePart &p) const
+{
+  return p.convertible && p.start != "all" && sys.mesh.dt_joints() > 0.0 &&
+      !(p.stress > sys.model.material_of(p).elastic().E);
+}
+
+double DefeMarks::crack_speed(const DefePart &p) const
+{
+  const auto &elastic = sys.model.material_of(p).elastic();
+  return 0.5 * std::sqrt(elastic.mu() / elastic.rho);
+}
+
+double DefeMarks::de_spacing(const DefePart &p) const
+{
+  const auto &elastic = sys.model.material_of(p).elastic();
+  return sys.mesh.dt_joints() * std::sqrt((elastic.lambda() + 4.0 * elastic.mu()) / elastic.rho);
 }
 
 void DefeMarks::mark()
@@ -195,7 +235,7 @@ void DefeMarks::begin_run()
   convert_step = -1;    // what is marked is scheduled anew
   jump = Jump();
   const auto &subcycle = sys.clock.subcycle();
-  if (subcycle.due() && sys.model.collect == 1) sys.elements.unmark_all();
+  if (subcycle.due() && window() == 1) sys.elements.unmark_all();
   marked_here = !sys.elements.marked().empty();
   if (subcycle.due())
     mark();

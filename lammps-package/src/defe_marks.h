@@ -38,6 +38,14 @@ class DefeMarks : protected DefeComponent {
   void end_run();
   bool any();    // marked, of any rank
 
+  /** Steps of a window at the end of which elements convert (collect). */
+  int window() const;
+  /** A crack runs no farther in this time than DEs are apart, in any part; infinite if no part waits for windows. */
+  double longest_wait() const;
+  bool waits(const DefePart &) const;
+  double crack_speed(const DefePart &) const;    // at most
+  double de_spacing(const DefePart &) const;
+
   bool due() const;    // in this step
   void done();         // they convert now
   /** The clock was set forward by so many steps. */

@@ -390,22 +390,18 @@ void DefeNotes::laws()
 }
 
 /* ----------------------------------------------------------------------
-   a crack waits for elements that are collected. It runs at up to half the speed of shear waves, and asks for them
-   a DE ahead: the spacing of DEs is that of the fastest wave between them in their stable step.
+   windows in which cracks run too far, see DefeMarks::longest_wait()
 ------------------------------------------------------------------------- */
 
 void DefeNotes::collecting()
 {
-  if (sys.model.collect == 1 || sys.mesh.dt_joints() == 0.0) return;
+  if (sys.model.collect <= 1) return;
   const double waits = sys.model.collect * update->dt;
   std::vector<std::string> names;
   double way = 0.0, room = 0.0;    // of the part in which a crack runs farthest beyond
   for (const auto &p : sys.model.parts) {
-    const auto &elastic = sys.model.material_of(p).elastic();
-    if (!p.convertible || p.start == "all" || p.stress > elastic.E) continue;
-    const double wave = std::sqrt((elastic.lambda() + 4.0 * elastic.mu()) / elastic.rho);
-    const double spacing = sys.mesh.dt_joints() * wave;
-    const double run = waits * 0.5 * std::sqrt(elastic.mu() / elastic.rho);
+    if (!sys.marks.waits(p)) continue;
+    const double spacing = sys.marks.de_spacing(p), run = waits * sys.marks.crack_speed(p);
     if (run <= spacing) continue;
     names.push_back(p.name);
     if (run * room > way * spacing || names.size() == 1) {

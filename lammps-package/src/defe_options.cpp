@@ -393,9 +393,11 @@ void DefeOptions::read_every()
 void DefeOptions::read_collect()
 {
   need(2, "collect");
-  sys.model.collect = utils::inumeric(FLERR, arg[iarg + 1], false, lmp);
-  if (sys.model.collect < 1)
-    error->all(FLERR, "Fix defe collect must be at least 1 step, not {}", sys.model.collect);
+  const std::string steps = arg[iarg + 1];
+  sys.model.collect = steps == "auto" ? 0 : utils::inumeric(FLERR, steps, false, lmp);
+  if (steps != "auto" && sys.model.collect < 1)
+    error->all(FLERR, "Fix defe collect must be auto or at least 1 step, not {}",
+               sys.model.collect);
   iarg += 2;
 }
 

@@ -31,7 +31,8 @@ DefeScript::Settings DefeScript::settings() const
   s["stress"] = sys.model.gauss_stress ? "gauss" : "centre";
   s["kernel"] = sys.model.force_lagrangian ? "lagrangian" : "auto";
   s["every"] = std::to_string(sys.clock.subcycle().every());
-  if (sys.model.collect > 1) s["collect"] = std::to_string(sys.model.collect);
+  if (sys.model.collect != 1)
+    s["collect"] = sys.model.collect ? std::to_string(sys.model.collect) : "auto";
   s["reproducible"] = sys.model.reproducible ? "yes" : "no";
   for (const auto &p : sys.model.parts)
     if (p.convertible) s["convert " + p.name] = p.criterion_words;

@@ -3,6 +3,7 @@
 #include "cracking_beam.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 using namespace defe::test;
@@ -83,39 +84,55 @@ TEST(Collect, OneStepIsAsBefore)
   EXPECT_EQ(run("collect 1", "one_step.txt"), run("", "none.txt"));
 }
 
+// The window in which a crack that runs at half the speed of shear waves comes one DE farther.
+TEST(Collect, AutoIsAsLongAsACrackNeeds)
+{
+  const Block block = cracking_beam();
+  const double shear = std::sqrt(block.E / (2.0 * (1.0 + block.nu)) / block.rho);
+  const int window = static_cast<int>(0.5 * block.h / (0.5 * shear * block.dt));
+  ASSERT_GT(window, 3) << "a poor example";
+  const auto by_itself = run("collect auto", "auto.txt");
+  ASSERT_GT(conversions_of(by_itself).size(), 20u) << "a poor example";
+  EXPECT_EQ(by_itself, run("collect " + std::to_string(window), "window.txt"));
+}
+
 TEST(Collect, SameOnAnyRanks)
 {
-  const auto here = run("collect 7", "ranks.txt");
-  if (rank_of(MPI_COMM_WORLD) == 0) {
-    EXPECT_EQ(here, run("collect 7", "alone.txt", MPI_COMM_SELF));
+  for (const std::string options : {"collect 7", "collect auto"}) {
+    const auto here = run(options, "ranks.txt");
+    if (rank_of(MPI_COMM_WORLD) == 0) {
+      EXPECT_EQ(here, run(options, "alone.txt", MPI_COMM_SELF)) << options;
+    }
+    MPI_Barrier(MPI_COMM_WORLD);
   }
-  MPI_Barrier(MPI_COMM_WORLD);
 }
 
 // In a window elements are marked and wait: over restarts and runs in pieces, too.
 TEST(Collect, RestartsAndPiecesInAWindow)
 {
-  const std::string options = "every 3 collect 12";
-  const auto whole = run(options, "whole.txt", MPI_COMM_WORLD, {"run " + std::to_string(last)},
-                         "restart 1 window.*.restart\n");
-  ASSERT_GT(conversions_of(whole).size(), 20u) << "a poor example";
-  // the longest wait is that of the first elements, which are marked up to a window before they convert
-  const long first = std::get<0>(conversions_of(whole).front());
-  for (const long step : {first - 5, first - 1}) {
-    const Block block = collecting(options + " events part.txt");
-    remove_file("part.txt");
-    {
-      Lammps lmp;
-      lmp.commands(block.header() + "read_restart window." + std::to_string(step) + ".restart\n" +
-                   block.fix_only() + block.motion());
-      lmp.run(static_cast<int>(last - step));
+  for (const std::string options : {"every 3 collect 12", "collect auto"}) {
+    SCOPED_TRACE(options);
+    const auto whole = run(options, "whole.txt", MPI_COMM_WORLD, {"run " + std::to_string(last)},
+                           "restart 1 window.*.restart\n");
+    ASSERT_GT(conversions_of(whole).size(), 20u) << "a poor example";
+    // the longest wait is that of the first elements, which are marked up to a window before they convert
+    const long first = std::get<0>(conversions_of(whole).front());
+    for (const long step : {first - 5, first - 1}) {
+      const Block block = collecting(options + " events part.txt");
+      remove_file("part.txt");
+      {
+        Lammps lmp;
+        lmp.commands(block.header() + "read_restart window." + std::to_string(step) + ".restart\n" +
+                     block.fix_only() + block.motion());
+        lmp.run(static_cast<int>(last - step));
+      }
+      MPI_Barrier(MPI_COMM_WORLD);
+      EXPECT_EQ(history("part.txt"), history("whole.txt", step)) << "from step " << step;
+      MPI_Barrier(MPI_COMM_WORLD);
     }
-    MPI_Barrier(MPI_COMM_WORLD);
-    EXPECT_EQ(history("part.txt"), history("whole.txt", step)) << "from step " << step;
-    MPI_Barrier(MPI_COMM_WORLD);
+    std::vector<std::string> pieces;
+    for (int k = 0; k < last; k += 20)
+      for (const char *piece : {"run 3", "run 8 pre no", "run 9"}) pieces.emplace_back(piece);
+    EXPECT_EQ(run(options, "pieces.txt", MPI_COMM_WORLD, pieces), whole);
   }
-  std::vector<std::string> pieces;
-  for (int k = 0; k < last; k += 20)
-    for (const char *piece : {"run 3", "run 8 pre no", "run 9"}) pieces.emplace_back(piece);
-  EXPECT_EQ(run(options, "pieces.txt", MPI_COMM_WORLD, pieces), whole);
 }

@@ -381,7 +381,7 @@ std::vector<Mistake> of_all_ranks()
        option("material pvb mooney 1.6e6 6e4 1e9 1100 convert pvb 1e6 type 2"),
        {"part pvb cannot convert", "elastic"}},
       {"every_zero", option("every 0"), {"every must be at least 1"}},
-      {"collect_zero", option("collect 0"), {"collect must be at least 1"}},
+      {"collect_zero", option("collect 0"), {"collect must be auto or at least 1"}},
       {"every_too_large",
        option("every 6") + "\nrun 0",
        {"times every 6", "smaller timestep or every"}},

@@ -291,6 +291,7 @@ TEST(Collecting, LongerThanACrackNeeds)
             "run 0.00102, more than the spacing of DEs (0.001): cracks stop, and others start "
             "in their place; use collect 58 or less"});
   EXPECT_EQ(converting("1e12 type 4 group particles collect 60"), Notes());
+  EXPECT_EQ(converting(convert + "auto"), Notes());
 }
 
 // ---- elements that are longer than thick ----
