@@ -4,6 +4,7 @@
 #include "selective_shear.h"
 
 #include "defe/simd.h"
+#include "defe/triples.h"
 
 #include <algorithm>
 #include <cmath>
@@ -252,12 +253,13 @@ namespace {
   constexpr int W = 8;    // DEs side by side: one AVX-512 register, two AVX2
 
   /// One chunk of W DEs. Index order: what, component, lane.
-  struct Chunk {
-    double p[6][3][W];    // F_a = s_a y_a / l_a, 0 where absent
-    double h[6][W];       // thickness
-    double c[6][W];       // h / l
-    double m[6][W];       // 1 present, 0 absent
-    double free[6][W];    // 1 free from the start
+  struct alignas(64) Chunk {
+    double p[6][3][W];     // F_a = s_a y_a / l_a, 0 where absent
+    double h[6][W];        // thickness
+    double c[6][W];        // h / l
+    double m[6][W];        // 1 present, 0 absent
+    double free[6][W];     // 1 free from the start
+    double scale[6][W];    // s_a / l_a
     double lambda[4][W], mu[W];
     double f[6][3][W];
     double energy[W];
@@ -489,6 +491,95 @@ namespace {
     }
   }
 
+  /// to[s][l] = row[de[l]][s]
+  DEFE_INLINE void load_rows(const double (*row)[6], const int (&de)[W], double (*to)[W])
+  {
+    for (int l = 0; l < W; l += 4)
+      for (int s = 0; s < 4;
+           s += 2) {    // the two of the middle come twice: nothing lies behind the last one
+        const double *from[4];
+        double *column[4];
+        for (int i = 0; i < 4; ++i) {
+          from[i] = &row[de[l + i]][s];
+          column[i] = &to[s + i][l];
+        }
+        simd::transpose_four(from, column);
+      }
+  }
+
+  /// \param material  of all lanes of the chunk before, -1: they had several
+  DEFE_INLINE void load_moduli(const OrthogonalLattice &lattice, const int (&de)[W],
+                               const CornerModuli *table, int &material, Chunk &k)
+  {
+    const auto of = [&lattice, &de](int l) {
+      return lattice.material ? lattice.material[de[l]] : 0;
+    };
+    const int one = of(0);
+    bool alike = true;
+    for (int l = 1; l < W; ++l) alike = alike && of(l) == one;
+    if (alike && one == material) return;
+    material = alike ? one : -1;
+    for (int l = 0; l < W; ++l) {
+      const Laws laws(table[of(l)]);
+      for (int j = 1; j < 4; ++j) k.lambda[j][l] = laws.lambda[j];
+      k.mu[l] = laws.mu;
+    }
+  }
+
+  /// Joint vectors by their lengths, and what belongs to them, of W DEs. FULL: all joints are there.
+  template <bool FULL>
+  DEFE_INLINE void load(const OrthogonalLattice &lattice, const int (&de)[W], const double *x,
+                        const double *points, Chunk &k)
+  {
+    load_rows(lattice.half, de, k.h);
+    load_rows(lattice.len, de, k.c);
+    for (int s = 0; s < 6; ++s)
+      for (int l = 0; l < W; ++l) {
+        const double scale = (s & 1 ? 1.0 : -1.0) / k.c[s][l];
+        k.scale[s][l] = scale;
+        k.c[s][l] = k.h[s][l] * std::abs(scale);
+        if (FULL) k.m[s][l] = 1.0;
+      }
+    for (int first = 0; first < W; first += 4) {
+      const double *self[4], *other[4];
+      for (int l = 0; l < 4; ++l) self[l] = x + 3 * static_cast<long>(lattice.self[de[first + l]]);
+      const simd::FourTriples here(self);
+      for (int s = 0; s < 6; ++s) {
+        for (int l = 0; l < 4; ++l) {
+          const int d = de[first + l];
+          const long j = lattice.nb[d][s];
+          other[l] = j >= 0 ? x + 3 * j : points + 3 * ~j;
+          if (FULL) continue;
+          const bool there = lattice.present[d] >> s & 1u;
+          if (!there) other[l] = self[l];
+          k.m[s][first + l] = there;
+          k.free[s][first + l] = lattice.free && (lattice.free[d] >> s & 1u);
+        }
+        auto &p = k.p[s];
+        (simd::FourTriples(other) - here)
+            .store_scaled(&k.scale[s][first], &p[0][first], &p[1][first], &p[2][first]);
+      }
+    }
+  }
+
+  DEFE_INLINE void store(const Chunk &k, double (*out)[18])
+  {
+    const auto *f = reinterpret_cast<const double(*)[W]>(k.f);
+    for (int l = 0; l < W; l += 4) {
+      for (int j = 0; j < 16; j += 4) {
+        const double *from[4];
+        double *to[4];
+        for (int i = 0; i < 4; ++i) {
+          from[i] = &f[j + i][l];
+          to[i] = &out[l + i][j];
+        }
+        simd::transpose_four(from, to);
+      }
+      for (int i = l; i < l + 4; ++i)
+        for (int j = 16; j < 18; ++j) out[i][j] = f[j][i];
+    }
+  }
+
 }    // namespace
 
 double corner_strain_orthogonal(const OrthogonalLattice &lattice, const double *x,
@@ -498,55 +589,38 @@ double corner_strain_orthogonal(const OrthogonalLattice &lattice, const double *
   Chunk k;
   double sum = 0.0;
   int material = -1;
-  Laws laws({0.0, 0.0});
 
   for (int first = 0; first < lattice.n; first += W) {
     const int lanes = std::min(W, lattice.n - first);
+    int de[W];
     unsigned all = 0x3f;
-    for (int l = 0; l < lanes; ++l) all &= lattice.present[first + l];
-    const bool full = all == 0x3f;
     bool any_full = false;
-    if (each_alone && !full)
-      for (int l = 0; l < lanes; ++l) any_full = any_full || lattice.present[first + l] == 0x3f;
-
     for (int l = 0; l < W; ++l) {
-      const int i = first + std::min(l, lanes - 1);    // the last DE pads the last chunk
-      const unsigned present = lattice.present[i];
-      const int mat = lattice.material ? lattice.material[i] : 0;
-      if (mat != material) laws = Laws(table[material = mat]);
-      for (int j = 1; j < 4; ++j) k.lambda[j][l] = laws.lambda[j];
-      k.mu[l] = laws.mu;
-
-      const double *const self = x + 3 * static_cast<long>(lattice.self[i]);
-      for (int s = 0; s < 6; ++s) {
-        const bool there = present >> s & 1u;
-        const long j = lattice.nb[i][s];
-        const double *other = self;
-        if (there) other = j >= 0 ? x + 3 * j : points + 3 * ~j;
-        for (int c = 0; c < 3; ++c) k.p[s][c][l] = other[c] - self[c];
-        k.h[s][l] = lattice.half[i][s];
-        k.c[s][l] = lattice.len[i][s];
-        k.m[s][l] = there;
-        if (!full) k.free[s][l] = lattice.free && (lattice.free[i] >> s & 1u);
-      }
+      de[l] = first + std::min(l, lanes - 1);    // the last DE pads the last chunk
+      const unsigned present = lattice.present[de[l]];
+      all &= present;
+      any_full = any_full || present == 0x3f;
     }
-    for (int s = 0; s < 6; ++s)
-      for (int l = 0; l < W; ++l) {
-        const double scale = (s & 1 ? 1.0 : -1.0) / k.c[s][l];
-        for (int c = 0; c < 3; ++c) k.p[s][c][l] *= scale;
-        k.c[s][l] = k.h[s][l] * std::abs(scale);
-      }
+    load_moduli(lattice, de, table, material, k);
 
-    if (full)
+    if (all == 0x3f) {
+      load<true>(lattice, de, x, points, k);
       corner_forces<true>(k);
-    else if (any_full)
-      corner_forces_of_each(k);
-    else
-      corner_forces<false>(k);
+    } else {
+      load<false>(lattice, de, x, points, k);
+      if (each_alone && any_full)
+        corner_forces_of_each(k);
+      else
+        corner_forces<false>(k);
+    }
 
-    for (int l = 0; l < lanes; ++l) {
-      double *const out = half_force[first + l][0];
-      for (int j = 0; j < 18; ++j) out[j] = k.f[j / 3][j % 3][l];
+    auto *const out = reinterpret_cast<double(*)[18]>(half_force[first]);
+    if (lanes == W)
+      store(k, out);
+    else {
+      double padded[W][18];
+      store(k, padded);
+      std::copy_n(padded[0], 18 * lanes, out[0]);
     }
     if (energy)
       for (int l = 0; l < lanes; ++l) sum += energy[first + l] = k.energy[l];

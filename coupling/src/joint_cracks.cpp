@@ -612,14 +612,13 @@ void JointCracks::decide()
                 CrackGrowthParameters(), decisions);
   for (const auto &start : decisions) {
     const int joint = start.joint, there = other_end(joint);
-    const double *h = &jt.half_force[joint / 6][3 * (joint % 6)];
-    const double *g = &jt.half_force[there / 6][3 * (there % 6)];
     End near, far;
     JointCrack crack;
     memset(static_cast<void *>(&crack), 0, sizeof(crack));
     crack.slot = joint % 6;
     if (!crack_start(crack.law, Vec3(start.memory.m), start.memory.f, geometry(joint),
-                     Vec3(h) - Vec3(g), end(joint / 6, near), end(there / 6, far),
+                     Vec3(jt.half_force_of(joint)) - Vec3(jt.half_force_of(there)),
+                     end(joint / 6, near), end(there / 6, far),
                      particles.position(jt.self[there / 6]) -
                          particles.position(jt.self[joint / 6])))
       continue;

@@ -4,6 +4,7 @@
 
 #include "defe/coupling/conversion.h"
 #include "defe/coupling/prefetch.h"
+#include "defe/triples.h"
 
 #include <algorithm>
 #include <cmath>
@@ -43,16 +44,41 @@ void JointStates::without_connective()
 
 void JointStates::gather(ForceSums &sums)
 {
-  constexpr int ahead = 4;
+  constexpr int ahead = 8;
   above.clear();
   for (int d = 0; d < jt.nde; ++d) {
     if (d + ahead < jt.nde)
       for (int other : jt.partner[d + ahead])
-        if (other >= 0) __builtin_prefetch(&jt.half_force[other / 6][3 * (other % 6)]);
-    gather(d, sums);
+        __builtin_prefetch(jt.half_force_of(std::max(other, 0)));
+    if (sums.tally.on() || !gather_quiet(d, sums)) gather(d, sums);
   }
   // strain energy of DEs after their conversion, to compare with that before
   for (int d : jt.newborn) ledger.conv_strain -= jt.energy[d];
+}
+
+/// The same for a DE that is joined to other DEs only, and far from its strength, as most are; false: it is none.
+bool JointStates::gather_quiet(int d, ForceSums &sums)
+{
+  const unsigned present = jt.present[d];
+  const double *own = jt.half_force[d].data();
+  simd::Triple force, most;
+  for (int s = 0; s < 6; ++s) {
+    if (!(present >> s & 1u)) continue;
+    const int other = jt.partner[d][s];
+    if (other < 0) return false;
+    const auto f = simd::Triple(own + 3 * s) - simd::Triple(jt.half_force_of(other));
+    force = force + f;
+    most = larger(f.squares(), most);    // NaN reaches nothing
+  }
+  // not less than the square of any of these forces
+  const double bound = (1.0 + 1e-12) * (most[0] + most[1] + most[2]);
+  if (!(bound <= least_threshold[d])) return false;
+  const int i = jt.self[d];
+  auto &rounding = *sums.rounding;
+  double *f = sums.force_on(i);
+  for (int k = 0; k < 3; ++k) f[k] += rounding.on_grid(rounding.force_grid(), force[k], i);
+  stored.joints += jt.energy[d];
+  return true;
 }
 
 /// Both halves of each joint of a DE; ties act on the nodes of the face.
@@ -70,8 +96,7 @@ void JointStates::gather(int d, ForceSums &sums)
     const double *h = half[s];
     const int nb = jt.nb[d][s];
     if (nb >= 0) {
-      const int other = jt.partner[d][s];
-      const double *g = &jt.half_force[other / 6][3 * (other % 6)];
+      const double *g = jt.half_force_of(jt.partner[d][s]);
       const double fx = h[0] - g[0], fy = h[1] - g[1], fz = h[2] - g[2];
       fi[0] += fx;
       fi[1] += fy;
@@ -457,15 +482,14 @@ JointView JointStates::view(int ds) const
   };
 
   if (place) {    // the force is that on the share of the area
-    set_traction(Vec3(&jt.half_force[d][3 * s]) / (share * slot.area));
+    set_traction(Vec3(jt.half_force_of(ds)) / (share * slot.area));
     return v;
   }
 
   if (slot.state == joint::CONNECTIVE) {
     Vec3 force(&jt.half_force[d][3 * s]);
     if (!tie) {
-      const int other = jt.partner[d][s];
-      force -= Vec3(&jt.half_force[other / 6][3 * (other % 6)]);
+      force -= Vec3(jt.half_force_of(jt.partner[d][s]));
       if (d >= jt.orthogonal) v.normal = face_normal(d, s, v.normal);
     }
     set_traction(force / slot.area);

@@ -139,7 +139,7 @@ double JointStates::threshold_of(int d, int s) const
 bool JointStates::starts(int d, int s)
 {
   JointRecord &slot = jt.record(d, s);
-  const double *h = &jt.half_force[d][3 * s];
+  const double *h = jt.half_force_of(6 * d + s);
   SoftJoint start{};
   auto softening_joint = softening(slot, start);
   const auto keep = [&](bool starts) {    // most of those that are looked at do not
@@ -154,8 +154,7 @@ bool JointStates::starts(int d, int s)
     return keep(start_softening(softening_joint, Vec3(h) / slot.area, tie.normal(), tie.normal(),
                                 tie.length(), stiffness(d, s), opening(d, s), adhesive_law(d, s)));
   }
-  const int other = jt.partner[d][s];
-  const double *g = &jt.half_force[other / 6][3 * (other % 6)];
+  const double *g = jt.half_force_of(jt.partner[d][s]);
   const Vec3 t = Vec3(h[0] - g[0], h[1] - g[1], h[2] - g[2]) / slot.area;
   const Vec3 y = particles.position(jt.nb[d][s]) - particles.position(jt.self[d]);
   const double length = y.norm();

@@ -188,6 +188,7 @@ class JointStates {
 
   // forces: joint_forces.cpp
   void gather(int d, ForceSums &);
+  bool gather_quiet(int d, ForceSums &);
   void take_over_cracks();
   void list_softening();
   void wake_beside_cuts();

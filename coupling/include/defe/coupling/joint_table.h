@@ -109,6 +109,11 @@ struct JointTable {
   /// body has a stress to begin with (fe/prestress.h).
   std::vector<Mat3> stress_free;
   std::vector<std::array<double, 18>> half_force;
+  /// Of a joint. Here, no division by 6: in loops over all joints that takes longer than reading the force.
+  const double *half_force_of(int joint) const
+  {
+    return half_force.data()->data() + 3 * static_cast<std::ptrdiff_t>(joint);
+  }
   std::vector<double> energy;
   std::vector<unsigned char> state;    ///< 6 per DE, owned and ghost
   /// Stress at which flaws start a crack in a DE (strength_field.h), owned and ghost; infinite where they have no say,
