@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 namespace defe {
 
@@ -250,7 +252,7 @@ bool is_orthogonal(const GeneralCell &cell, double tol)
 
 namespace {
 
-  constexpr int W = 8;    // DEs side by side: one AVX-512 register, two AVX2
+  constexpr int W = LatticeRow::size;    // DEs side by side: one AVX-512 register, two AVX2
 
   /// One chunk of W DEs. Index order: what, component, lane.
   struct alignas(64) Chunk {
@@ -491,69 +493,93 @@ namespace {
     }
   }
 
-  /// to[s][l] = row[de[l]][s]
-  DEFE_INLINE void load_rows(const double (*row)[6], const int (&de)[W], double (*to)[W])
+  /// What the lattice says of eight DEs, one behind the other in its arrays.
+  struct Eight {
+    const int *self;
+    const int (*nb)[6];
+    const unsigned char *present, *material, *free;    // the last two may be null
+    const double (*len)[6], (*half)[6];
+    const LatticeRow *row;    // null: they are none
+
+    Eight(const OrthogonalLattice &l, int first) :
+        self(l.self + first), nb(l.nb + first), present(l.present + first),
+        material(l.material ? l.material + first : nullptr),
+        free(l.free ? l.free + first : nullptr), len(l.len + first), half(l.half + first),
+        row(nullptr)
+    {
+      if (l.rows && l.rows[first / W].self >= 0) row = l.rows + first / W;
+    }
+    static std::uint64_t bytes(const unsigned char *p)
+    {
+      std::uint64_t all = 0;
+      if (p) std::memcpy(&all, p, W);
+      return all;
+    }
+    bool complete() const { return bytes(present) == 0x3f3f3f3f3f3f3f3fu; }
+    bool any_complete() const { return std::count(present, present + W, 0x3f) > 0; }
+  };
+  static_assert(W == sizeof(std::uint64_t));
+
+  /// The last ones of a list, fewer than eight: filled up with the last DE.
+  struct Filled {
+    int self[W], nb[W][6];
+    unsigned char present[W], material[W] = {}, free[W] = {};
+    double len[W][6], half[W][6];
+
+    Filled(const OrthogonalLattice &lattice, int first)
+    {
+      for (int l = 0; l < W; ++l) {
+        const int d = std::min(first + l, lattice.n - 1);
+        self[l] = lattice.self[d];
+        present[l] = lattice.present[d];
+        if (lattice.material) material[l] = lattice.material[d];
+        if (lattice.free) free[l] = lattice.free[d];
+        std::copy_n(lattice.nb[d], 6, nb[l]);
+        std::copy_n(lattice.len[d], 6, len[l]);
+        std::copy_n(lattice.half[d], 6, half[l]);
+      }
+    }
+    OrthogonalLattice lattice() const { return {W, self, nb, present, len, half, material, free}; }
+  };
+
+  /// to[s][l] = row[l][s]
+  DEFE_INLINE void load_rows(const double (*row)[6], double (*to)[W])
   {
     for (int l = 0; l < W; l += 4)
-      for (int s = 0; s < 4;
-           s += 2) {    // the two of the middle come twice: nothing lies behind the last one
-        const double *from[4];
-        double *column[4];
-        for (int i = 0; i < 4; ++i) {
-          from[i] = &row[de[l + i]][s];
-          column[i] = &to[s + i][l];
-        }
+      for (int s :
+           {0, 2}) {    // the two of the middle come twice: nothing lies behind the last one
+        const double *const from[4] = {&row[l][s], &row[l + 1][s], &row[l + 2][s], &row[l + 3][s]};
+        double *const column[4] = {&to[s][l], &to[s + 1][l], &to[s + 2][l], &to[s + 3][l]};
         simd::transpose_four(from, column);
       }
   }
 
   /// \param material  of all lanes of the chunk before, -1: they had several
-  DEFE_INLINE void load_moduli(const OrthogonalLattice &lattice, const int (&de)[W],
-                               const CornerModuli *table, int &material, Chunk &k)
+  DEFE_INLINE void load_moduli(const Eight &des, const CornerModuli *table, int &material, Chunk &k)
   {
-    const auto of = [&lattice, &de](int l) {
-      return lattice.material ? lattice.material[de[l]] : 0;
-    };
-    const int one = of(0);
-    bool alike = true;
-    for (int l = 1; l < W; ++l) alike = alike && of(l) == one;
+    const int one = des.material ? des.material[0] : 0;
+    const bool alike = Eight::bytes(des.material) == 0x0101010101010101u * one;
     if (alike && one == material) return;
     material = alike ? one : -1;
     for (int l = 0; l < W; ++l) {
-      const Laws laws(table[of(l)]);
+      const Laws laws(table[des.material ? des.material[l] : 0]);
       for (int j = 1; j < 4; ++j) k.lambda[j][l] = laws.lambda[j];
       k.mu[l] = laws.mu;
     }
   }
 
-  /// Joint vectors by their lengths, and what belongs to them, of W DEs. FULL: all joints are there.
   template <bool FULL>
-  DEFE_INLINE void load(const OrthogonalLattice &lattice, const int (&de)[W], const double *x,
-                        const double *points, Chunk &k)
+  DEFE_INLINE void load_vectors(const Eight &des, const double *x, const double *points, Chunk &k)
   {
-    load_rows(lattice.half, de, k.h);
-    load_rows(lattice.len, de, k.c);
-    for (int s = 0; s < 6; ++s)
-      for (int l = 0; l < W; ++l) {
-        const double scale = (s & 1 ? 1.0 : -1.0) / k.c[s][l];
-        k.scale[s][l] = scale;
-        k.c[s][l] = k.h[s][l] * std::abs(scale);
-        if (FULL) k.m[s][l] = 1.0;
-      }
     for (int first = 0; first < W; first += 4) {
       const double *self[4], *other[4];
-      for (int l = 0; l < 4; ++l) self[l] = x + 3 * static_cast<long>(lattice.self[de[first + l]]);
+      for (int l = 0; l < 4; ++l) self[l] = x + 3 * static_cast<long>(des.self[first + l]);
       const simd::FourTriples here(self);
       for (int s = 0; s < 6; ++s) {
         for (int l = 0; l < 4; ++l) {
-          const int d = de[first + l];
-          const long j = lattice.nb[d][s];
+          const long j = des.nb[first + l][s];
           other[l] = j >= 0 ? x + 3 * j : points + 3 * ~j;
-          if (FULL) continue;
-          const bool there = lattice.present[d] >> s & 1u;
-          if (!there) other[l] = self[l];
-          k.m[s][first + l] = there;
-          k.free[s][first + l] = lattice.free && (lattice.free[d] >> s & 1u);
+          if (!FULL && !(des.present[first + l] >> s & 1u)) other[l] = self[l];
         }
         auto &p = k.p[s];
         (simd::FourTriples(other) - here)
@@ -562,21 +588,68 @@ namespace {
     }
   }
 
-  DEFE_INLINE void store(const Chunk &k, double (*out)[18])
+  template <bool FULL>
+  DEFE_INLINE void load_vectors_of_row(const LatticeRow &row, const double *x, Chunk &k)
   {
-    const auto *f = reinterpret_cast<const double(*)[W]>(k.f);
-    for (int l = 0; l < W; l += 4) {
-      for (int j = 0; j < 16; j += 4) {
-        const double *from[4];
-        double *to[4];
-        for (int i = 0; i < 4; ++i) {
-          from[i] = &f[j + i][l];
-          to[i] = &out[l + i][j];
-        }
-        simd::transpose_four(from, to);
+    const double *self = x + 3 * static_cast<long>(row.self);
+    for (int first = 0; first < W; first += 4) {
+      const simd::TriplesInRow here(self + 3 * first);
+      for (int s = 0; s < 6; ++s) {
+        const double *other = row.nb[s] >= 0 ? x + 3 * static_cast<long>(row.nb[s]) : self;
+        auto &p = k.p[s];
+        (simd::TriplesInRow(other + 3 * first) - here)
+            .store_scaled(&k.scale[s][first], &p[0][first], &p[1][first], &p[2][first]);
       }
-      for (int i = l; i < l + 4; ++i)
-        for (int j = 16; j < 18; ++j) out[i][j] = f[j][i];
+    }
+    if (FULL) return;
+    for (int s = 0; s < 6; ++s)
+      for (int c = 0; c < 3; ++c)
+        for (int l = 0; l < W; ++l) k.p[s][c][l] = k.m[s][l] != 0.0 ? k.p[s][c][l] : 0.0;
+  }
+
+  /// Of each slot and lane 1 if the bit is set.
+  DEFE_INLINE void load_bits(const unsigned char *bytes, double (*to)[W])
+  {
+    int bits[W];
+    for (int l = 0; l < W; ++l) bits[l] = bytes[l];
+    for (int s = 0; s < 6; ++s)
+      for (int l = 0; l < W; ++l) to[s][l] = bits[l] >> s & 1;
+  }
+
+  /// Joint vectors by their lengths, and what belongs to them. FULL: all joints are there.
+  template <bool FULL>
+  DEFE_INLINE void load(const Eight &des, const double *x, const double *points, Chunk &k)
+  {
+    load_rows(des.half, k.h);
+    load_rows(des.len, k.c);
+    for (int s = 0; s < 6; ++s)
+      for (int l = 0; l < W; ++l) {
+        const double scale = (s & 1 ? 1.0 : -1.0) / k.c[s][l];
+        k.scale[s][l] = scale;
+        k.c[s][l] = k.h[s][l] * std::abs(scale);
+        if (FULL) k.m[s][l] = 1.0;
+        if (!FULL && !des.free) k.free[s][l] = 0.0;
+      }
+    if (!FULL) load_bits(des.present, k.m);
+    if (!FULL && des.free) load_bits(des.free, k.free);
+    if (des.row)
+      load_vectors_of_row<FULL>(*des.row, x, k);
+    else
+      load_vectors<FULL>(des, x, points, k);
+  }
+
+  /// Half forces of the first DEs of a chunk.
+  DEFE_INLINE void store(const Chunk &k, int first, int lanes, const HalfForces &out)
+  {
+    for (int s = 0; s < 6; ++s) {
+      const auto &f = k.f[s];
+      if (lanes == W && out.to_de == 3) {
+        for (int l = 0; l < W; l += 4)
+          simd::store_in_row(&f[0][l], &f[1][l], &f[2][l], out.of(first + l, s));
+        continue;
+      }
+      for (int l = 0; l < lanes; ++l)
+        for (int c = 0; c < 3; ++c) out.of(first + l, s)[c] = f[c][l];
     }
   }
 
@@ -584,46 +657,33 @@ namespace {
 
 double corner_strain_orthogonal(const OrthogonalLattice &lattice, const double *x,
                                 const double *points, const CornerModuli *table,
-                                double (*half_force)[6][3], double *energy, bool each_alone)
+                                HalfForces half_force, double *energy, bool each_alone)
 {
   Chunk k;
   double sum = 0.0;
   int material = -1;
-
-  for (int first = 0; first < lattice.n; first += W) {
-    const int lanes = std::min(W, lattice.n - first);
-    int de[W];
-    unsigned all = 0x3f;
-    bool any_full = false;
-    for (int l = 0; l < W; ++l) {
-      de[l] = first + std::min(l, lanes - 1);    // the last DE pads the last chunk
-      const unsigned present = lattice.present[de[l]];
-      all &= present;
-      any_full = any_full || present == 0x3f;
-    }
-    load_moduli(lattice, de, table, material, k);
-
-    if (all == 0x3f) {
-      load<true>(lattice, de, x, points, k);
+  const auto compute = [&](const Eight &des, int first, int lanes) {
+    load_moduli(des, table, material, k);
+    if (des.complete()) {
+      load<true>(des, x, points, k);
       corner_forces<true>(k);
     } else {
-      load<false>(lattice, de, x, points, k);
-      if (each_alone && any_full)
+      load<false>(des, x, points, k);
+      if (each_alone && des.any_complete())
         corner_forces_of_each(k);
       else
         corner_forces<false>(k);
     }
-
-    auto *const out = reinterpret_cast<double(*)[18]>(half_force[first]);
-    if (lanes == W)
-      store(k, out);
-    else {
-      double padded[W][18];
-      store(k, padded);
-      std::copy_n(padded[0], 18 * lanes, out[0]);
-    }
+    store(k, first, lanes, half_force);
     if (energy)
       for (int l = 0; l < lanes; ++l) sum += energy[first + l] = k.energy[l];
+  };
+
+  int first = 0;
+  for (; first + W <= lattice.n; first += W) compute(Eight(lattice, first), first, W);
+  if (first < lattice.n) {
+    const Filled rest(lattice, first);
+    compute(Eight(rest.lattice(), 0), first, lattice.n - first);
   }
   return sum;
 }

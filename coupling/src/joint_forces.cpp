@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 namespace defe {
 
@@ -25,11 +26,12 @@ void JointStates::half_forces(bool each_alone)
                                   reinterpret_cast<const double(*)[6]>(jt.len.data()),
                                   reinterpret_cast<const double(*)[6]>(jt.half.data()),
                                   jt.material.data(),
-                                  jt.free.data()};
+                                  jt.free.data(),
+                                  jt.rows.data()};
   jt.corners.resize(jt.cell.size());
   corner_half_forces(lattice, jt.nde, jt.cell.data(), jt.corners.data(), particles.x,
-                     jt.tie_point.data(), laws.moduli.data(), each_alone,
-                     reinterpret_cast<double(*)[6][3]>(jt.half_force.data()), jt.energy.data());
+                     jt.tie_point.data(), laws.moduli.data(), each_alone, jt.half_forces(),
+                     jt.energy.data());
 }
 
 void JointStates::without_connective()
@@ -44,9 +46,14 @@ void JointStates::without_connective()
 
 void JointStates::gather(ForceSums &sums)
 {
-  constexpr int ahead = 8;
+  constexpr int ahead = 8, n = LatticeRow::size;
   above.clear();
+  const bool rows = !sums.tally.on();
   for (int d = 0; d < jt.nde; ++d) {
+    if (rows && d % n == 0 && d + n <= jt.nde && gather_row(d / n, sums)) {
+      d += n - 1;
+      continue;
+    }
     if (d + ahead < jt.nde)
       for (int other : jt.partner[d + ahead])
         __builtin_prefetch(jt.half_force_of(std::max(other, 0)));
@@ -56,17 +63,84 @@ void JointStates::gather(ForceSums &sums)
   for (int d : jt.newborn) ledger.conv_strain -= jt.energy[d];
 }
 
+namespace {
+
+  using simd::Pack;
+
+  DEFE_INLINE Pack load(const double *p)
+  {
+    Pack v;
+    std::memcpy(&v, p, sizeof(v));
+    return v;
+  }
+
+  /// The sum of own[s] - other[s] for the vectors of eight DEs one behind the other.
+  /// \return  the largest square of any component of these differences, without those that are no number
+  template <class Count>
+  DEFE_INLINE double sum_of_row(Count count, const double *const *own, const double *const *other,
+                                double *sum)
+  {
+    constexpr int packs = 3 * LatticeRow::size / simd::width;
+    Pack most = Pack{};
+    for (int k = 0; k < packs; ++k) {
+      Pack all = Pack{}, here = Pack{};
+      for (int s = 0; s < count; ++s) {
+        const Pack f = load(own[s] + simd::width * k) - load(other[s] + simd::width * k);
+        all += f;
+        here = simd::max(f * f, here);
+      }
+      most = simd::max(here, most);
+      std::memcpy(sum + simd::width * k, &all, sizeof(all));
+    }
+    double largest = 0.0;
+    for (int l = 0; l < simd::width; ++l) largest = std::max(largest, most[l]);
+    return largest;
+  }
+
+}    // namespace
+
+/// Eight DEs in a row, joined to other DEs only, and all far from their strength; false: they are not that.
+bool JointStates::gather_row(int r, ForceSums &sums)
+{
+  constexpr int n = LatticeRow::size;
+  const LatticeRow &row = jt.rows[r];
+  const int d = n * r;
+  if (row.self < 0) return false;
+  for (int l = 0; l < n; ++l)
+    if (jt.present[d + l] != row.slots) return false;
+  const double *own[6], *other[6];
+  int count = 0;
+  for (int s = 0; s < 6; ++s) {
+    if (!(row.slots >> s & 1u)) continue;
+    own[count] = jt.half_force_of(d, s);
+    other[count++] = jt.half_force_of(row.behind[s], row.partner[s]);
+  }
+  double sum[3 * n];
+  const double largest = count == 6 ? sum_of_row(std::integral_constant<int, 6>(), own, other, sum)
+                                    : sum_of_row(count, own, other, sum);
+  // not less than the square of any of these forces
+  if (!(3.0 * (1.0 + 1e-12) * largest <= least_of_row[r])) return false;
+  auto &rounding = *sums.rounding;
+  double *f = sums.force_on(row.self);
+  if (rounding.force_grid().on())
+    for (int k = 0; k < 3 * n; ++k)
+      f[k] += rounding.on_grid(rounding.force_grid(), sum[k], row.self + k / 3);
+  else
+    for (int k = 0; k < 3 * n; ++k) f[k] += sum[k];
+  for (int l = 0; l < n; ++l) stored.joints += jt.energy[d + l];
+  return true;
+}
+
 /// The same for a DE that is joined to other DEs only, and far from its strength, as most are; false: it is none.
 bool JointStates::gather_quiet(int d, ForceSums &sums)
 {
   const unsigned present = jt.present[d];
-  const double *own = jt.half_force[d].data();
   simd::Triple force, most;
   for (int s = 0; s < 6; ++s) {
     if (!(present >> s & 1u)) continue;
     const int other = jt.partner[d][s];
     if (other < 0) return false;
-    const auto f = simd::Triple(own + 3 * s) - simd::Triple(jt.half_force_of(other));
+    const auto f = simd::Triple(jt.half_force_of(d, s)) - simd::Triple(jt.half_force_of(other));
     force = force + f;
     most = larger(f.squares(), most);    // NaN reaches nothing
   }
@@ -87,13 +161,12 @@ void JointStates::gather(int d, ForceSums &sums)
   const int i = jt.self[d];
   auto &rounding = *sums.rounding;
   const SumGrid &grid = rounding.force_grid();
-  const auto *half = reinterpret_cast<const double(*)[3]>(jt.half_force[d].data());
   const double *xi = particles.at(i);
   double fi[3] = {0.0, 0.0, 0.0};
   int joints = 0, ties = 0;
   for (int s = 0; s < 6; ++s) {
     if (!(jt.present[d] & (1u << s))) continue;
-    const double *h = half[s];
+    const double *h = jt.half_force_of(d, s);
     const int nb = jt.nb[d][s];
     if (nb >= 0) {
       const double *g = jt.half_force_of(jt.partner[d][s]);
@@ -139,13 +212,13 @@ void JointStates::gather(int d, ForceSums &sums)
 
 int JointStates::pack_forces(int d, double *buf) const
 {
-  std::memcpy(buf, jt.half_force[d].data(), 18 * sizeof(double));
+  for (int s = 0; s < 6; ++s) std::copy_n(jt.half_force_of(d, s), 3, buf + 3 * s);
   return 18 + (cracks_ ? cracks_->pack_energy(d, buf + 18) : 0);
 }
 
 int JointStates::unpack_forces(int d, const double *buf)
 {
-  std::memcpy(jt.half_force[d].data(), buf, 18 * sizeof(double));
+  for (int s = 0; s < 6; ++s) std::copy_n(buf + 3 * s, 3, jt.half_forces().of(d, s));
   return 18 + (cracks_ ? cracks_->unpack_energy(d, buf + 18) : 0);
 }
 
@@ -487,7 +560,7 @@ JointView JointStates::view(int ds) const
   }
 
   if (slot.state == joint::CONNECTIVE) {
-    Vec3 force(&jt.half_force[d][3 * s]);
+    Vec3 force(jt.half_force_of(ds));
     if (!tie) {
       force -= Vec3(jt.half_force_of(jt.partner[d][s]));
       if (d >= jt.orthogonal) v.normal = face_normal(d, s, v.normal);

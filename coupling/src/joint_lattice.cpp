@@ -20,7 +20,7 @@ void tie_points(int n, const int (*node)[4], const TieSpot *spot, const double *
 
 void corner_half_forces(const OrthogonalLattice &lattice, int n, const GeneralCell *cell,
                         CornerTable *kept, const double *x, const double *points,
-                        const CornerModuli *table, bool each_alone, double (*half_force)[6][3],
+                        const CornerModuli *table, bool each_alone, HalfForces half_force,
                         double *energy)
 {
   if (lattice.n > 0)
@@ -39,7 +39,7 @@ void corner_half_forces(const OrthogonalLattice &lattice, int n, const GeneralCe
     if (of_cell.present != lattice.present[d]) of_cell = CornerTable(c, lattice.present[d], moduli);
     energy[d] = corner_strain_general(c, of_cell, y, moduli, hf);
     for (int s = 0; s < 6; s++)
-      for (int k = 0; k < 3; k++) half_force[d][s][k] = hf[s][k];
+      for (int k = 0; k < 3; k++) half_force.of(d, s)[k] = hf[s][k];
   }
 }
 

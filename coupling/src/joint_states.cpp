@@ -105,7 +105,9 @@ JointStates::OtherLaw JointStates::of_other_law() const
 
 void JointStates::new_tables()
 {
+  jt.find_rows();
   least_threshold.assign(jt.nde, HUGE_VAL);
+  least_of_row.assign(jt.rows.size(), HUGE_VAL);
   softening_list.clear();
   decided_elsewhere.clear();
   if (!laws.with_cohesive) return;
@@ -115,6 +117,9 @@ void JointStates::new_tables()
       if (jt.nb[d][s] >= 0 && jt.partner[d][s] >= 6 * jt.nde && !at_lower_id(d, s))
         decided_elsewhere.push_back(6 * d + s);
     }
+  for (std::size_t r = 0; r < jt.rows.size(); ++r)
+    least_of_row[r] = *std::min_element(&least_threshold[LatticeRow::size * r],
+                                        &least_threshold[LatticeRow::size * r] + LatticeRow::size);
 }
 
 /// Square of the force below which the strength cannot be reached; infinite where there is no joint to decide on, or

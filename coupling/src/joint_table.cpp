@@ -31,6 +31,7 @@ void JointTable::clear()
   corners.clear();
   stress_free.clear();
   half_force.clear();
+  rows.clear();
   energy.clear();
   strength.clear();
   state.clear();
@@ -44,6 +45,61 @@ void JointTable::clear()
   asking.clear();
   newborn.clear();
   pending.clear();
+}
+
+namespace {
+
+  /// Whether eight entries of a list follow one another at that distance.
+  template <class F> bool follow(const F &entry, int distance)
+  {
+    const int first = entry(0);
+    bool all = true;
+    for (int l = 1; l < LatticeRow::size; ++l) all = all && entry(l) == first + distance * l;
+    return all;
+  }
+
+}    // namespace
+
+LatticeRow JointTable::row_from(int first) const
+{
+  const LatticeRow none;
+  LatticeRow row;
+  if (!follow(
+          [&](int l) {
+            return self[first + l];
+          },
+          1))
+    return none;
+  for (int s = 0; s < 6; ++s) {
+    row.nb[s] = row.behind[s] = row.partner[s] = -1;
+    const auto joint = [&](int l) {
+      return partner[first + l][s];
+    };
+    if (joint(0) < 0) {
+      for (int l = 0; l < LatticeRow::size; ++l)
+        if (joint(l) >= 0 || (present[first + l] >> s & 1u)) return none;
+      continue;
+    }
+    if (!follow(joint, 6) ||
+        !follow(
+            [&](int l) {
+              return nb[first + l][s];
+            },
+            1))
+      return none;
+    row.nb[s] = nb[first][s];
+    row.behind[s] = joint(0) / 6;
+    row.partner[s] = static_cast<signed char>(joint(0) % 6);
+    row.slots = static_cast<unsigned char>(row.slots | 1u << s);
+  }
+  row.self = self[first];
+  return row;
+}
+
+void JointTable::find_rows()
+{
+  rows.clear();
+  for (int d = 0; d + LatticeRow::size <= nde; d += LatticeRow::size) rows.push_back(row_from(d));
 }
 
 double JointTable::contact_distance(int d, std::int64_t other) const

@@ -296,7 +296,7 @@ void DefeTables::list_des()
   jt.present.assign(n, 0);
   jt.free.assign(n, 0);
   jt.material.resize(n);
-  jt.half_force.assign(jt.nall, std::array<double, 18>{});
+  jt.half_force.assign(18 * static_cast<size_t>(jt.nall), 0.0);
   jt.energy.assign(jt.nall, 0.0);
   jt.state.assign(6 * static_cast<size_t>(jt.nall), DefeJoint::CONNECTIVE);
 }

@@ -36,7 +36,7 @@ class JointRank : public CrackHost {
       jt.self.push_back(b.nodes() + order[d]);
       jt.of_atom[jt.self[d]] = d;
     }
-    jt.half_force.assign(jt.nall, {});
+    jt.half_force.assign(18 * static_cast<std::size_t>(jt.nall), 0.0);
     jt.energy.assign(jt.nall, 0.0);
     jt.state.assign(6 * jt.nall, joint::CONNECTIVE);
     jt.material.assign(jt.nde, 0);

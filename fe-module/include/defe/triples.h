@@ -133,6 +133,80 @@ class FourTriples {
   FourTriples() = default;
 };
 
+/// Four of them, one behind the other in memory.
+class TriplesInRow {
+ public:
+#if defined(__AVX__)
+  DEFE_INLINE explicit TriplesInRow(const double *p)
+  {
+    for (int k = 0; k < 3; ++k) v[k] = _mm256_loadu_pd(p + 4 * k);
+  }
+  friend DEFE_INLINE TriplesInRow operator-(const TriplesInRow &a, const TriplesInRow &b)
+  {
+    TriplesInRow d;
+    for (int k = 0; k < 3; ++k) d.v[k] = _mm256_sub_pd(a.v[k], b.v[k]);
+    return d;
+  }
+  /// As FourTriples.
+  DEFE_INLINE void store_scaled(const double *scale, double *x, double *y, double *z) const
+  {
+    // x0 y0 x2 y2, z0 x1 z2 x3, y1 z1 y3 z3
+    const __m256d xy = _mm256_blend_pd(v[0], v[1], 12);
+    const __m256d zx = _mm256_permute2f128_pd(v[0], v[2], 0x21);
+    const __m256d yz = _mm256_blend_pd(v[1], v[2], 12), by = _mm256_loadu_pd(scale);
+    _mm256_storeu_pd(x, _mm256_mul_pd(by, _mm256_shuffle_pd(xy, zx, 10)));
+    _mm256_storeu_pd(y, _mm256_mul_pd(by, _mm256_shuffle_pd(xy, yz, 5)));
+    _mm256_storeu_pd(z, _mm256_mul_pd(by, _mm256_shuffle_pd(zx, yz, 10)));
+  }
+
+ private:
+  __m256d v[3];
+#else
+  DEFE_INLINE explicit TriplesInRow(const double *p)
+  {
+    std::copy_n(p, 12, v);
+  }
+  friend DEFE_INLINE TriplesInRow operator-(const TriplesInRow &a, const TriplesInRow &b)
+  {
+    TriplesInRow d;
+    for (int k = 0; k < 12; ++k) d.v[k] = a.v[k] - b.v[k];
+    return d;
+  }
+  DEFE_INLINE void store_scaled(const double *scale, double *x, double *y, double *z) const
+  {
+    for (int l = 0; l < 4; ++l) {
+      x[l] = scale[l] * v[3 * l];
+      y[l] = scale[l] * v[3 * l + 1];
+      z[l] = scale[l] * v[3 * l + 2];
+    }
+  }
+
+ private:
+  double v[12];
+#endif
+
+  TriplesInRow() = default;
+};
+
+/// to: x[0] y[0] z[0] x[1] ... z[3]
+DEFE_INLINE void store_in_row(const double *x, const double *y, const double *z, double *to)
+{
+#if defined(__AVX__)
+  const __m256d X = _mm256_loadu_pd(x), Y = _mm256_loadu_pd(y), Z = _mm256_loadu_pd(z);
+  const __m256d xy = _mm256_unpacklo_pd(X, Y), zx = _mm256_shuffle_pd(Z, X, 10);
+  const __m256d yz = _mm256_unpackhi_pd(Y, Z);
+  _mm256_storeu_pd(to, _mm256_permute2f128_pd(xy, zx, 0x20));
+  _mm256_storeu_pd(to + 4, _mm256_blend_pd(yz, xy, 12));
+  _mm256_storeu_pd(to + 8, _mm256_permute2f128_pd(zx, yz, 0x31));
+#else
+  for (int l = 0; l < 4; ++l) {
+    to[3 * l] = x[l];
+    to[3 * l + 1] = y[l];
+    to[3 * l + 2] = z[l];
+  }
+#endif
+}
+
 /// to[j][l] = from[l][j], for four by four of them.
 DEFE_INLINE void transpose_four(const double *const *from, double *const *to)
 {

@@ -54,6 +54,8 @@
 
 #include "defe/types.h"
 
+#include <cstddef>
+
 namespace defe {
 
 /// Lame constants of the undamaged solid.
@@ -64,6 +66,30 @@ struct CornerModuli {
 /// lambda of the reduced law S = lambda_e tr(E) I + 2 mu E at a corner where `joints` of three
 /// joints are present: 3 lambda (solid), 2 plane stress, 1 uniaxial (E - 2 mu), 0 zero.
 double reduced_lambda(const CornerModuli &moduli, int joints);
+
+/// Eight DEs beside each other in a lattice: their particles follow one another, and so do those at the other ends of
+/// their joints. What belongs to them is then read without asking for each where it is.
+struct LatticeRow {
+  static constexpr int size = 8;
+  int self = -1;                  ///< index of the first one into x; -1: they are no such row
+  int nb[6] = {};                 ///< of the other end of its joint; -1: none of them has one there
+  int behind[6] = {};             ///< DE at that end
+  signed char partner[6] = {};    ///< slot there
+  unsigned char slots = 0;        ///< bit s set: they have joints there
+};
+
+/// Where half forces are: three numbers for each joint.
+struct HalfForces {
+  double *first;
+  std::ptrdiff_t to_de, to_slot;    ///< numbers from one DE, and slot, to the next
+
+  /// All of a DE beside each other.
+  HalfForces(double (*f)[6][3]) : first(f[0][0]), to_de(18), to_slot(3) {}
+  /// Those of one slot beside each other, of n DEs. Of a neighbour one alone is asked for: the rest of its own would come
+  /// with it, and leave again before its turn.
+  HalfForces(double *f, int n) : first(f), to_de(3), to_slot(3 * static_cast<std::ptrdiff_t>(n)) {}
+  double *of(int d, int s) const { return first + to_de * d + to_slot * s; }
+};
 
 /// DEs whose joints are mutually perpendicular (boxes: cubes or bricks, also graded). All arrays
 /// are the caller's; nothing is kept.
@@ -78,6 +104,8 @@ struct OrthogonalLattice {
                                    ///< also where there is a joint: not half of len
   const unsigned char *material;          ///< [n] index into the table of moduli; null: all 0
   const unsigned char *free = nullptr;    ///< [n] as GeneralCell::free; null: none
+  const LatticeRow *rows =
+      nullptr;    ///< [n / 8] of each eight of them, where they are one; null: not known
 };
 
 /// Forces of the corners of every DE of an orthogonal lattice.
@@ -94,8 +122,7 @@ struct OrthogonalLattice {
 /// \return sum of the energies if energy is given, else 0
 double corner_strain_orthogonal(const OrthogonalLattice &lattice, const double *x,
                                 const double *points, const CornerModuli *table,
-                                double (*half_force)[6][3], double *energy,
-                                bool each_alone = false);
+                                HalfForces half_force, double *energy, bool each_alone = false);
 
 /// Reference geometry of a DE's cell in any hexahedron.
 struct GeneralCell {

@@ -19,7 +19,7 @@ void tie_points(int n, const int (*node)[4], const TieSpot *, const double *x, d
 /// \param kept  [n - lattice.n] their tables, made anew here where joints are not those that they are of
 void corner_half_forces(const OrthogonalLattice &lattice, int n, const GeneralCell *cell,
                         CornerTable *kept, const double *x, const double *points,
-                        const CornerModuli *table, bool each_alone, double (*half_force)[6][3],
+                        const CornerModuli *table, bool each_alone, HalfForces half_force,
                         double *energy);
 
 /// Normal of the face that a joint crosses, turned as the DE's joints are (the rotation that fits them best).

@@ -132,6 +132,7 @@ class JointStates {
       crack_cuts;    // by types, as JointLaws::coeffs: joints are cut by planes of their own
 
   std::vector<double> least_threshold;      // by DE: of its joints
+  std::vector<double> least_of_row;         // of JointTable::rows
   std::vector<int> above;                   // joints with more force than that
   std::vector<unsigned char> pending_of;    // of each DE of this rank, a bit per slot
   std::vector<int> decided_elsewhere;       // joints whose state another rank decides
@@ -188,6 +189,7 @@ class JointStates {
 
   // forces: joint_forces.cpp
   void gather(int d, ForceSums &);
+  bool gather_row(int row, ForceSums &);
   bool gather_quiet(int d, ForceSums &);
   void take_over_cracks();
   void list_softening();

@@ -108,12 +108,16 @@ struct JointTable {
   /// Of owned DEs: from reference positions to the stress-free shape that len, half and cell are of; empty if no
   /// body has a stress to begin with (fe/prestress.h).
   std::vector<Mat3> stress_free;
-  std::vector<std::array<double, 18>> half_force;
-  /// Of a joint. Here, no division by 6: in loops over all joints that takes longer than reading the force.
-  const double *half_force_of(int joint) const
+  std::vector<double> half_force;    ///< 18 per DE, owned and ghost, slot by slot
+  HalfForces half_forces() { return {half_force.data(), nall}; }
+  const double *half_force_of(int d, int s) const
   {
-    return half_force.data()->data() + 3 * static_cast<std::ptrdiff_t>(joint);
+    return half_force.data() + 3 * (static_cast<std::ptrdiff_t>(nall) * s + d);
   }
+  const double *half_force_of(int joint) const { return half_force_of(joint / 6, joint % 6); }
+  std::vector<LatticeRow> rows;    ///< of each eight owned DEs, where they are one
+  /// With new tables.
+  void find_rows();
   std::vector<double> energy;
   std::vector<unsigned char> state;    ///< 6 per DE, owned and ghost
   /// Stress at which flaws start a crack in a DE (strength_field.h), owned and ghost; infinite where they have no say,
@@ -180,6 +184,9 @@ struct JointTable {
   /// A DE has no contact with an element that it is tied to.
   bool tied(int atom, std::int64_t element) const;
   void clear();
+
+  /// The eight DEs from `first` on, if they are one.
+  LatticeRow row_from(int first) const;
 
   /// Strain energy of the corners of an owned DE with these joints, at positions x, and their half forces.
   double corner_energy(int d, unsigned present, const double *x, const CornerModuli &,
