@@ -891,26 +891,53 @@ def profile_tables(report):
     return "\n".join(text)
 
 
-def page(report):
+def heading(report):
     m = report["machine"]
     disturbed = f" {report['disturbed']} of {report['runs']} runs did not have their core to themselves (see README.md)." if report["disturbed"] else ""
-    text = [
-        f"{report['date']}, commit {m['commit']}{', quick: figures mean nothing' if report['quick'] else ''}. "
-        f"{m['cpu']}, {m['cores']} cores{' of a virtual machine' if m['hypervisor'] else ''}, "
-        f"{', '.join(f'{k} {v}' for k, v in m['cache'].items())}; {m['compiler']}, {m['build_type']}, "
-        f"{'-march=native' if m['native'] == 'ON' else 'portable'}. One core per rank; {report['rounds']} rounds.{disturbed}",
-        "", table(report)]
+    return (f"{report['date']}, commit {m['commit']}{', quick: figures mean nothing' if report['quick'] else ''}. "
+            f"{m['cpu']}, {m['cores']} cores{' of a virtual machine' if m['hypervisor'] else ''}, "
+            f"{', '.join(f'{k} {v}' for k, v in m['cache'].items())}; {m['compiler']}, {m['build_type']}, "
+            f"{'-march=native' if m['native'] == 'ON' else 'portable'}. One core per rank; {report['rounds']} rounds.{disturbed}")
+
+
+def page(report):
+    text = [heading(report), "", table(report)]
     if report["profiles"]:
         text += ["", "Where the time of a step goes (perf, by function):", profile_tables(report)]
     return "\n".join(text) + "\n"
 
 
-def replace_in_page(path, text):
+def in_page(path, replace):
+    """Replaces what the page has between its marks."""
     begin, end = "<!-- results: written by run.sh --page -->", "<!-- end of results -->"
     old = path.read_text()
     if begin not in old or end not in old:
         sys.exit(f"{path.name} has no place for results")
-    path.write_text(old[:old.index(begin) + len(begin)] + "\n\n" + text + "\n" + old[old.index(end):])
+    first, last = old.index(begin) + len(begin), old.index(end)
+    path.write_text(old[:first] + "\n\n" + replace(old[first:last].strip()) + "\n" + old[last:])
+
+
+def of_line(line):
+    """What a line of the table is about: two may have the same words and other units."""
+    columns = [c.strip() for c in line.split(" | ")]
+    return columns[0], columns[1].partition(" ")[2] if len(columns) > 1 else ""
+
+
+def with_rows(old, report, rows):
+    """The page's results with these rows measured anew, each in its place, and said so in its heading."""
+    fresh = {of_line(line): line for line in table(report).splitlines()[2:]}
+    order = list(fresh)
+    lines = [fresh.get(of_line(line), line) if line.startswith("| ") else line for line in old.splitlines()]
+    for k, what in enumerate(order):    # those that the page does not have yet: behind the one before
+        here = [n for n, line in enumerate(lines) if line.startswith("| ") and of_line(line) == what]
+        if not here:
+            before = [n for n, line in enumerate(lines) if k and line.startswith("| ") and of_line(line) == order[k - 1]]
+            lines.insert(before[-1] + 1 if before else len(lines), fresh[what])
+    about = f"Rows {', '.join(rows)}: "
+    lines = [line for line in lines if not line.startswith(about)]
+    first = next(n for n, line in enumerate(lines) if line.startswith("|"))
+    said = [line for line in lines[:first] if line] + [about + heading(report)]
+    return "\n\n".join(said) + "\n\n" + "\n".join(lines[first:]) + "\n"
 
 
 # ---- main ---------------------------------------------------------------------------------------
@@ -981,7 +1008,7 @@ def main():
     (args.out / "results.md").write_text(text)
     print(text)
     if args.page:
-        replace_in_page(args.page, text)
+        in_page(args.page, lambda old: with_rows(old, report, args.rows) if args.rows else text)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@
 # --quick    a few steps of everything, in seconds: shows that it works, figures mean nothing
 # --profile  also where the time goes, by function (Debian's linux-perf)
 # --rounds   repetitions of the whole list (5)
-# --page     also puts the table into benchmarks/README.md
+# --page     also puts the table, or these rows of it, into benchmarks/README.md
 # rows       kernels bricks general elastic dem adaptive two_clocks laws event event_size plate front ranks size
 #            dem_size peers; all without
 # DEFE_LULESH=PATH runs a LULESH of your own (serial build) among the peers.

@@ -26,7 +26,15 @@ def main():
                         "--page", page], check=True)
         report = json.loads((out / "results.json").read_text())
         table = (out / "results.md").read_text()
-        assert table in page.read_text(), "the table is not in the page"
+        whole = page.read_text()
+        assert table in whole, "the table is not in the page"
+        for _ in range(2):    # one row anew, twice: the others stay, and it is said once
+            subprocess.run([sys.executable, HERE / "measure.py", "--build", build, "--out", out, "--quick", "--page", page, "adaptive"],
+                           check=True)
+        row = [line for line in (out / "results.md").read_text().splitlines() if line.startswith("| adaptive beam")]
+        after = page.read_text().splitlines()
+        assert len(after) == len(whole.splitlines()) + 2 and sum(line.startswith("Rows adaptive: ") for line in after) == 1, "the page has more or less than one row anew"
+        assert row and set(row) <= set(after), "the row measured anew is not in the page"
 
     problems = []
 

@@ -70,6 +70,46 @@ struct FaceReply {
 // elements per round of messages: what is under way at a time stays small beside the mesh itself
 constexpr int CHUNK = 16384;
 
+/** Elements by the rounds in which IDs of theirs have their turn: not all are asked in each. */
+class ElementsByRound {
+ public:
+  /// \param rounds_of  (element, f): f(round) for each of its IDs
+  template <class F> ElementsByRound(int n, int rounds, const F &rounds_of) : first(rounds + 1, 0)
+  {
+    std::vector<int> seen(rounds, -1);
+    const auto for_each = [&](const auto &f) {
+      std::fill(seen.begin(), seen.end(), -1);
+      for (int e = 0; e < n; e++)
+        rounds_of(e, [&](int round) {
+          if (seen[round] != e) f(e, round);
+          seen[round] = e;
+        });
+    };
+    for_each([this](int, int round) {
+      first[round + 1]++;
+    });
+    for (int r = 0; r < rounds; r++) first[r + 1] += first[r];
+    element.resize(first.back());
+    auto next = first;
+    for_each([&](int e, int round) {
+      element[next[round]++] = e;
+    });
+  }
+  /// in their order
+  const int *begin(int round) const { return element.data() + first[round]; }
+  const int *end(int round) const { return element.data() + first[round + 1]; }
+
+ private:
+  std::vector<size_t> first;
+  std::vector<int> element;
+};
+
+tagint lowest_node(const HexRecord &h, int face)
+{
+  const int *corner = defe::fe::hex_face[face];
+  return MIN(MIN(h.node[corner[0]], h.node[corner[1]]), MIN(h.node[corner[2]], h.node[corner[3]]));
+}
+
 }    // namespace
 
 /** A mesh that was just made or read. */
@@ -87,8 +127,12 @@ struct LAMMPS_NS::DefeMeshDraft {
         });
     return found != nodes.end() && found->tag == tag ? &*found : nullptr;
   }
-  /// round in which all that concerns this ID is treated
-  int round_of(tagint id, int nprocs) const { return static_cast<int>(id / nprocs % rounds); }
+  /// round in which all that concerns this ID is treated; the nodes of an element have few different ones
+  int round_of(tagint id, int nprocs) const
+  {
+    constexpr int beside = 1024;    // IDs that have the same
+    return static_cast<int>(id / nprocs / beside % rounds);
+  }
 };
 
 DefeMesh::DefeMesh(DefeSystem &system) : DefeComponent(system), de_radius_max(atom->ntypes + 1, 0.0)
@@ -403,12 +447,15 @@ void DefeMesh::add_masses(const DefeMeshDraft &mesh)
   const int n = static_cast<int>(mesh.hex.size());
   for (int i = 0; i < nlocal; i++) sys.store.set_elements_at(i, 0);
 
+  const ElementsByRound elements(n, mesh.rounds, [&](int e, const auto &f) {
+    for (tagint t : mesh.hex[e]->node) f(mesh.round_of(t, nprocs));
+  });
   for (int round = 0; round < mesh.rounds; round++) {
     Letters<MassShare> shares(lmp);
-    for (int e = 0; e < n; e++)
-      for (tagint t : mesh.hex[e]->node)
+    for (const int *e = elements.begin(round); e < elements.end(round); e++)
+      for (tagint t : mesh.hex[*e]->node)
         if (mesh.round_of(t, nprocs) == round)
-          shares.to_id(t, {t, mesh.hex[e]->id, 0.125 * mesh.mass[e]});
+          shares.to_id(t, {t, mesh.hex[*e]->id, 0.125 * mesh.mass[*e]});
     auto came = shares.send();
     std::sort(came.begin(), came.end(), [](const MassShare &a, const MassShare &b) {
       return a.tag != b.tag ? a.tag < b.tag : a.element < b.element;
@@ -451,16 +498,17 @@ void DefeMesh::find_neighbours(const DefeMeshDraft &mesh)
   for (auto *h : mesh.hex)
     for (tagint &nb : h->nb) nb = 0;
 
+  const ElementsByRound elements(n, mesh.rounds, [&](int e, const auto &its) {
+    for (int f = 0; f < 6; f++) its(mesh.round_of(lowest_node(*mesh.hex[e], f), nprocs));
+  });
   for (int round = 0; round < mesh.rounds; round++) {
     Letters<FaceDatum> faces(lmp);
-    for (int e = 0; e < n; e++)
+    for (const int *e = elements.begin(round); e < elements.end(round); e++)
       for (int f = 0; f < 6; f++) {
-        const HexRecord &h = *mesh.hex[e];
-        const int *corner = defe::fe::hex_face[f];
-        const tagint lowest = MIN(MIN(h.node[corner[0]], h.node[corner[1]]),
-                                  MIN(h.node[corner[2]], h.node[corner[3]]));
+        const HexRecord &h = *mesh.hex[*e];
+        const tagint lowest = lowest_node(h, f);
         if (mesh.round_of(lowest, nprocs) != round) continue;
-        faces.to_id(lowest, {{h.node, f, h.id}, comm->me, e, h.part});
+        faces.to_id(lowest, {{h.node, f, h.id}, comm->me, *e, h.part});
       }
     auto came = faces.send();
     Letters<FaceReply> replies(lmp);
