@@ -1,6 +1,7 @@
 // Joint laws: DEs per second. The orthogonal corner-strain kernel is the hot loop of pure DEM.
 
 #include "defe/coupling/corner_strain.h"
+#include "defe/coupling/joint_table.h"
 
 #include <benchmark/benchmark.h>
 
@@ -74,12 +75,35 @@ struct Block {
 
 const CornerModuli glass{74.09e9 * 0.2 / (1.2 * 0.6), 74.09e9 / 2.4};
 
+/// Where eight DEs and their neighbours follow one another.
+std::vector<LatticeRow> rows_of(const Block &block)
+{
+  JointTable table;
+  table.nde = static_cast<int>(block.self.size());
+  table.self = block.self;
+  table.nb = block.nb;
+  table.present = block.present;
+  for (int d = 0; d < table.nde; ++d) {
+    table.partner.emplace_back();
+    for (int s = 0; s < 6; ++s)
+      table.partner[d][s] = block.nb[d][s] == d ? -1 : 6 * block.nb[d][s] + (s ^ 1);
+  }
+  table.find_rows();
+  return table.rows;
+}
+
 /// The glass beam, 200 x 20 x 10 DEs. Argument: joints broken at random, per mille.
-void orthogonal(benchmark::State &state, bool with_energy)
+/// \param in_rows  as in LAMMPS, where the DEs of a lattice lie in rows; else as anywhere
+void orthogonal(benchmark::State &state, bool with_energy, bool in_rows)
 {
   Block block(200, 20, 10, 1e-3 * state.range(0));
-  auto *force = reinterpret_cast<double(*)[6][3]>(block.force.data());
-  const OrthogonalLattice lattice = block.lattice();
+  OrthogonalLattice lattice = block.lattice();
+  const HalfForces force(block.force[0].data(), lattice.n);
+  std::vector<LatticeRow> rows;
+  if (in_rows) {
+    rows = rows_of(block);
+    lattice.rows = rows.data();
+  }
   for (auto _ : state) {
     corner_strain_orthogonal(lattice, block.x.data(), nullptr, &glass, force,
                              with_energy ? block.energy.data() : nullptr);
@@ -87,8 +111,9 @@ void orthogonal(benchmark::State &state, bool with_energy)
   }
   state.SetItemsProcessed(state.iterations() * lattice.n);
 }
-BENCHMARK_CAPTURE(orthogonal, forces, false)->Arg(0)->Arg(10)->Arg(500);
-BENCHMARK_CAPTURE(orthogonal, forces_and_energy, true)->Arg(0);
+BENCHMARK_CAPTURE(orthogonal, forces, false, false)->Arg(0)->Arg(10)->Arg(500);
+BENCHMARK_CAPTURE(orthogonal, forces_and_energy, true, false)->Arg(0);
+BENCHMARK_CAPTURE(orthogonal, forces_in_rows, false, true)->Arg(0)->Arg(10);
 
 /// \param height  of a cell by its other edges
 /// \param kept    what does not change with positions is made once
