@@ -60,6 +60,32 @@ def cuts_of(cut, n, through, split, closed=False):
     return place, np.abs((cut.n * steps).sum(axis=1))
 
 
+def nuclei_of(place, time, size, closed=False):
+    """Which joints, (joints, 2, 3) as from cuts_of, began to soften with no earlier one in the rings of four DEs that they are in:
+    a boolean for each. size: DEs along an edge of the pane. Joints of one time are no earlier ones to each other."""
+    across = np.abs(place[:, 1] - place[:, 0]).max(axis=1) > 1  # the border
+    upper = place.max(axis=1)
+    axis = np.argmax(np.abs(place[:, 1] - place[:, 0]), axis=1)
+    upper[across, axis[across]] = 0
+    rings = []  # of each joint: the edges of the face between its DEs, as (corner, direction)
+    for corner, k in zip(upper.tolist(), axis.tolist()):
+        p, q = (i for i in range(3) if i != k)
+        mine = []
+        for along, side in ((p, q), (q, p)):
+            for step in (0, 1):
+                at = list(corner)
+                at[side] += step
+                if closed:
+                    at[0], at[1] = at[0] % size, at[1] % size
+                mine.append((*at, along))
+        rings.append(mine)
+    first = {}
+    for mine, t in zip(rings, time.tolist()):
+        for ring in mine:
+            first[ring] = min(first.get(ring, t), t)
+    return np.array([all(first[ring] >= t for ring in mine) for mine, t in zip(rings, time.tolist())], bool)
+
+
 def cells_of(cut, size, closed=False, left_out=None):
     """Number of its cell for each of size x size DEs, (y, x), which cut joints (joints, 2, 2) divide. closed: the last of a
     row and of a column has a joint to the first. left_out: DEs that hold nothing together, each a cell of its own."""
@@ -152,6 +178,8 @@ def main(folder):
     torn = cells_of(place - split * ring, split * (n - 2 * ring), closed, beside)
     torn = int((np.bincount(torn.ravel()) * d**2 >= LEAST).sum())
     faces = [cuts("cohesive", k)[1] for k in (0, split * through - 1)]
+    began = events.of("cohesive")
+    away = nuclei_of(cuts_of(began, n, through, split, closed)[0], began.time, split * n, closed)
     took = (energies["fracture"][-1] + energies["released"][-1]) / area
     middle = 0.5 * n * edge
     s = {
@@ -165,6 +193,8 @@ def main(folder):
         "crack_speed_m_s": speed_of_crack(events, (0.0 if sides == "free" else middle, middle), n * edge),
         "elements_converted": len(events.of("convert")),
         "joints_broken": len(events.of("broken")),
+        "joints_softened": len(began),
+        "nuclei": int(away.sum()),
         "pieces": len(pieces),
         "single_DEs": int(pieces.single.sum()),
         "pieces_of_the_middle": int(counted.sum()),
@@ -183,6 +213,7 @@ def main(folder):
         f"Tempered, {s['surface_MPa']:g} MPa at the faces, after {s['end_us']:.0f} us",
         f"  stored {s['stored_per_area_J_m2']:.1f} J per m2 of pane, of which cracks took {s['fracture_J_m2']:.1f}",
         f"  crack: {laminate.shown(s['crack_speed_m_s'])} m/s; {s['elements_converted']} elements converted, {s['joints_broken']} joints broken",
+        f"  {s['nuclei']} of {s['joints_softened']} joints began to soften away from every crack",
         f"  pieces: {s['pieces']}; cells of the middle plane above 2 x 2 mm: {s['pieces_of_the_middle']}, which is "
         f"{s['pieces_of_the_middle_in_50_x_50_mm']:.0f} in 50 x 50 mm",
         f"  {s['crack_area_by_pane_area']:.2f} times the area of the pane has cracked; as long cracks as beside the middle plane would "

@@ -184,6 +184,7 @@ class Example(unittest.TestCase):
         self.assertGreater(s["fracture_J_m2"], 3.0)
         self.tempered_piece()
         self.tempered_cells()
+        self.tempered_nuclei()
 
     def tempered_piece(self):
         """A piece of a large pane, up to 5 us with elements of 1 mm: nothing relaxes, and cracks run through its borders."""
@@ -218,6 +219,27 @@ class Example(unittest.TestCase):
         self.assertEqual(near.sum(), 4 * 6)
         self.assertEqual(count(neck, True, near), 24 + 2)
         np.testing.assert_array_equal(analyse.near_cuts(np.array([((0, 0), (1, 0))]), 6, 0.5)[0], [True] * 2 + [False] * 4)
+
+    def tempered_nuclei(self):
+        """Joints that begin away from cracks: no earlier one in a ring with them."""
+        sys.path.insert(0, str(SOURCE / "examples/tempered_pane"))
+        import analyse
+        import numpy as np
+
+        def along_x(x, y, z):    # its crack lies across x
+            return ((x, y, z), ((x + 1) % 6, y, z))
+        crack = [along_x(2, 1, 1), along_x(2, 2, 1), along_x(2, 2, 2)]    # the first, beside it, above that
+        turned = [((3, 2, 2), (3, 3, 2))]    # round the corner of the third: its face lies across y
+        beyond = [along_x(2, 5, 2), along_x(4, 2, 1)]    # too far along the crack, and beside it
+        place = np.array(crack + turned + beyond)
+        time = np.arange(len(place), dtype=float)
+        self.assertEqual(analyse.nuclei_of(place, time, 6).tolist(), [True, False, False, False, True, True])
+        # at the same time none is earlier
+        self.assertEqual(analyse.nuclei_of(place[:2], np.zeros(2), 6).tolist(), [True, True])
+        # over the border of a mesh that is closed with itself
+        border = np.array([along_x(5, 0, 1), along_x(5, 5, 1)])
+        self.assertEqual(analyse.nuclei_of(border, time[:2], 6, True).tolist(), [True, False])
+        self.assertEqual(analyse.nuclei_of(border[:, ::-1] % 6, time[:2], 6, False).tolist(), [True, True])
 
     def test_yielding_rod(self):
         """Up to 16 us: copper yields, presses less, and less glass cracks than under the same rod, were it elastic."""
