@@ -2,6 +2,8 @@
 
 #include "layers.h"
 
+#include <gmock/gmock.h>
+
 #include <fstream>
 
 using namespace defe::test;
