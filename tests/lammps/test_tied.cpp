@@ -7,6 +7,7 @@
 
 #include <gmock/gmock.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include <cmath>
