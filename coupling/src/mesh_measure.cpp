@@ -42,7 +42,7 @@ StableSteps discrete_steps(const HexCoords &X, const fe::IsotropicElastic &elast
 
 double slenderness(const HexCoords &X)
 {
-  const auto lengths = fe::jacobian(X, Vec3::Zero()).colwise().norm();
+  const Eigen::RowVector3d lengths = fe::jacobian(X, Vec3::Zero()).colwise().norm();
   return lengths.maxCoeff() / lengths.minCoeff();
 }
 

@@ -41,7 +41,7 @@ struct ContactResult {
   double stored;     ///< energy of both springs, that of the normal one with kn
   double damped;     ///< energy lost in the dashpot during dt
   double rubbed;     ///< energy lost in friction during dt
-  bool slipping;
+  bool slipping = false;
 };
 
 /// Damping ratio that gives this coefficient of restitution. 1 at e = exp(-2) = 0.135; as e goes

@@ -84,7 +84,7 @@ struct HalfForces {
   std::ptrdiff_t to_de, to_slot;    ///< numbers from one DE, and slot, to the next
 
   /// All of a DE beside each other.
-  HalfForces(double (*f)[6][3]) : first(f[0][0]), to_de(18), to_slot(3) {}
+  HalfForces(double (*f)[6][3]) : first(reinterpret_cast<double *>(f)), to_de(18), to_slot(3) {}
   /// Those of one slot beside each other, of n DEs. Of a neighbour one alone is asked for: the rest of its own would come
   /// with it, and leave again before its turn.
   HalfForces(double *f, int n) : first(f), to_de(3), to_slot(3 * static_cast<std::ptrdiff_t>(n)) {}
