@@ -578,9 +578,9 @@ void DefeConversion::Loss::begin(int n)
     count[i] = 0;
   }
   nodes.clear();
-  if (static_cast<size_t>(n) > mass.capacity()) {    // DEs come with each conversion
-    mass.reserve(n + n / 16);
-    count.reserve(n + n / 16);
+  if (static_cast<size_t>(n) > mass.capacity()) {
+    mass.reserve(DefeInPlace::roomy(n));
+    count.reserve(DefeInPlace::roomy(n));
   }
   mass.resize(n, 0.0);
   count.resize(n, 0);

@@ -28,9 +28,6 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-constexpr int SPARE =
-    16;    // arrays that grow have room for a sixteenth more: growing is a pass over all atoms
-
 // members of LAMMPS' classes that are protected: it has no functions for single atoms that come and go
 
 struct Map : Atom {
@@ -42,8 +39,8 @@ struct Map : Atom {
   static void make_room(Atom *atom, Memory *memory, int n)
   {
     if (n <= atom->*(&Map::max_same)) return;
-    atom->*(&Map::max_same) = n + n / SPARE;
-    memory->grow(atom->sametag, n + n / SPARE, "atom:sametag");
+    const int room = atom->*(&Map::max_same) = DefeInPlace::roomy(n);
+    memory->grow(atom->sametag, room, "atom:sametag");
   }
   static void remove(Atom *atom, tagint tag)
   {
@@ -233,7 +230,7 @@ void DefeInPlace::moved(int from, int to)
 void DefeInPlace::make_room(int born)
 {
   const int all = MAX(listed, atom->nlocal + born) + atom->nghost;
-  if (all > atom->nmax) atom->avec->grow(all + all / SPARE);
+  if (all > atom->nmax) atom->avec->grow(roomy(all));
   Map::make_room(atom, memory, all);
   Lists::make_room(neighbor, memory, atom->nmax);
   shift_ = atom->nlocal + born - listed;

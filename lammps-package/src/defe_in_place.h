@@ -38,6 +38,8 @@ class DefeInPlace : protected DefeComponent {
   /** A node goes, while it is still at its place; and the last local atom has been copied to a place that is free now. */
   void remove(tagint);
   void moved(int from, int to);
+  /** Room for n atoms in arrays of them that grow with each conversion: growing is a pass over all atoms. */
+  static int roomy(int n) { return n + n / 16; }
   /** All that go have gone: ghosts make room for so many DEs. */
   void make_room(int born);
   void add(int i);                        // a DE, with its ID

@@ -14,6 +14,9 @@
 
 #include "defe/fe/hex8.h"
 
+#include <algorithm>
+#include <cmath>
+
 using namespace LAMMPS_NS;
 using defe::Vec3;
 using defe::fe::HexCoords;
@@ -153,19 +156,17 @@ bool DefeMarks::closes(bigint evaluation) const
 
 int DefeMarks::window() const
 {
-  if (sys.model.collect > 0) return sys.model.collect;
-  const double longest = longest_wait();
-  if (!(update->dt > 0.0) || !std::isfinite(longest)) return 1;
-  // the last digits of a step that others have set are not to decide
-  return static_cast<int>(std::clamp(longest / update->dt * (1.0 + 1.0e-9), 1.0, 1.0e6));
+  return sys.model.collect > 0 ? sys.model.collect : longest_window();
 }
 
-double DefeMarks::longest_wait() const
+int DefeMarks::longest_window() const
 {
   double longest = HUGE_VAL;
   for (const auto &p : sys.model.parts)
     if (waits(p)) longest = std::min(longest, de_spacing(p) / crack_speed(p));
-  return longest;
+  if (!(update->dt > 0.0) || !std::isfinite(longest)) return 1;
+  // the last digits of a step that others have set are not to decide
+  return static_cast<int>(std::clamp(longest / update->dt * (1.0 + 1.0e-9), 1.0, 1.0e6));
 }
 
 /* ----------------------------------------------------------------------

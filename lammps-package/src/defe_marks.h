@@ -40,8 +40,8 @@ class DefeMarks : protected DefeComponent {
 
   /** Steps of a window at the end of which elements convert (collect). */
   int window() const;
-  /** A crack runs no farther in this time than DEs are apart, in any part; infinite if no part waits for windows. */
-  double longest_wait() const;
+  /** In which a crack runs no farther than DEs are apart, in any part; 1 if no part waits for windows. */
+  int longest_window() const;
   bool waits(const DefePart &) const;
   double crack_speed(const DefePart &) const;    // at most
   double de_spacing(const DefePart &) const;

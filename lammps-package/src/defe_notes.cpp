@@ -390,7 +390,7 @@ void DefeNotes::laws()
 }
 
 /* ----------------------------------------------------------------------
-   windows in which cracks run too far, see DefeMarks::longest_wait()
+   windows in which cracks run too far, see DefeMarks::longest_window()
 ------------------------------------------------------------------------- */
 
 void DefeNotes::collecting()
@@ -416,7 +416,7 @@ void DefeNotes::collecting()
       "place; "
       "use collect {} or less",
       sys.model.collect, names.size() > 1 ? "parts" : "part", listed(names), waits, way, room,
-      std::max(1, static_cast<int>(sys.model.collect * room / way))));
+      sys.marks.longest_window()));
 }
 
 /* ----------------------------------------------------------------------
