@@ -103,9 +103,35 @@ namespace {
 
 // --- cracks -----------------------------------------------------------------
 
+void CrackGrowth::Cracks::reset(std::size_t joints)
+{
+  of.assign(joints, nullptr);
+  taken = count = 0;
+}
+
+CrackGrowth::Crack &CrackGrowth::Cracks::operator[](int joint)
+{
+  if (of[joint]) return *of[joint];
+  if (taken == all.size()) all.emplace_back();
+  Crack &crack = all[taken++];
+  crack.stale = crack.wide = false;
+  crack.odd.clear();
+  crack.before_ties.clear();
+  of[joint] = &crack;
+  ++count;
+  return crack;
+}
+
+void CrackGrowth::Cracks::erase(int joint)
+{
+  if (!of[joint]) return;
+  of[joint] = nullptr;
+  --count;
+}
+
 void CrackGrowth::reset(const CrackLattice &lattice)
 {
-  cracks.clear();
+  cracks.reset(6 * static_cast<std::size_t>(lattice.n));
   for (auto *list : {&live, &stale, &wide}) list->clear();
   changed = false;
   place.assign(lattice.n, -1);
@@ -158,8 +184,7 @@ void CrackGrowth::joint_changes(const CrackLattice &lattice, int joint)
 {
   changed = true;
   all_around(lattice, joint, [&](int other) {
-    const auto crack = cracks.find(other);
-    if (crack != cracks.end()) find_again(lattice, other, crack->second);
+    if (Crack *const crack = cracks.find(other)) find_again(lattice, other, *crack);
     return true;
   });
 }
@@ -419,9 +444,9 @@ int CrackGrowth::side(const CrackLattice &lattice, int de, const Vec3 &m) const
     const int joint = 6 * de + s;
     if (lattice.partner[de][s] < 0 || !lattice.cut(joint)) continue;
     const int lower = lattice.lower_end(joint);
-    const auto crack = cracks.find(lower);
-    if (crack == cracks.end()) continue;
-    const double along = m.dot(Vec3(crack->second.memory.m));
+    const Crack *const crack = cracks.find(lower);
+    if (!crack) continue;
+    const double along = m.dot(Vec3(crack->memory.m));
     if (std::abs(along) < 0.5) continue;    // of a crack that crosses this one
     const int here = (lower == joint) == (along > 0.0) ? -1 : 1;
     if (found != 0 && here != found) return 0;
@@ -519,7 +544,7 @@ void CrackGrowth::ligament(const CrackLattice &lattice, const CrackRing &ring,
   }
   if (!most || most->joint / 6 >= lattice.owned) return;
   for (const auto &[key, joint] : cut) {
-    if (cracks.count(joint) == 0) continue;    // broken by something else
+    if (!cracks.find(joint)) continue;    // broken by something else
     const Vec3 m = normal(joint);
     sum += m.dot(most->direction) < 0.0 ? Vec3(-m) : m;
   }
@@ -540,8 +565,7 @@ bool CrackGrowth::shielded(const CrackLattice &lattice, int joint) const
   const Vec3 c = centre(lattice, joint);
   const double d = lattice.vector(joint).norm();
   return !all_around(lattice, joint, [&](int other) {
-    const auto crack = cracks.find(other);
-    if (crack == cracks.end()) return true;
+    if (!cracks.find(other)) return true;
     const Vec3 away = c - crack_point(lattice, other), m = normal(other);
     const double across = away.dot(m);
     return std::abs(across) >= 1.5 * d || (away - across * m).norm() >= 1.01 * d;

@@ -124,7 +124,7 @@ void JointCracks::prepare()
       if (jt.state[6 * d + s] != joint::CONNECTIVE) state[6 * d + s] = CrackLattice::SOFTENING;
       if (!cracked) continue;
       for (const JointCrack &c : *cracked)
-        if (c.slot == s) cuts[6 * d + s] = memory_of(c.law);
+        if (c.slot == s) cuts.push_back({6 * d + s, memory_of(c.law)});
     }
   }
 }
@@ -154,16 +154,19 @@ int JointCracks::pack_table(int d, double *buf) const
   int m = 3;
   buf[1] = quiet[d];
   memcpy(&buf[2], &key[d], sizeof(double));
+  auto cut = std::lower_bound(cuts.begin(), cuts.end(), 6 * d, [](const Cut &c, int joint) {
+    return c.joint < joint;
+  });
   for (int s = 0; s < 6; ++s) {
     const auto [there, its_slot] = far_end(d, s);
     if (!there) continue;
     int64_t b = JOINED | static_cast<int64_t>(its_slot) << 3;
     if (state[6 * d + s]) b |= CUT;
     buf[m++] = as_double(there);
-    const auto cut = cuts.find(6 * d + s);
-    if (cut != cuts.end()) {
+    while (cut != cuts.end() && cut->joint < 6 * d + s) ++cut;
+    if (cut != cuts.end() && cut->joint == 6 * d + s) {
       b |= REMEMBERED;
-      pack(cut->second, &buf[m]);
+      pack(cut->memory, &buf[m]);
       m += 4;
     }
     bits |= b << (SLOT_BITS * s);
@@ -187,7 +190,12 @@ int JointCracks::unpack_table(int d, const double *buf)
     of_ghost[d - jt.nde][s] = {as_integer(buf[m++]), static_cast<int>(b >> 3 & 7)};
     if (b & CUT) state[6 * d + s] = CrackLattice::SOFTENING;
     if (b & REMEMBERED) {
-      cuts[6 * d + s] = unpack(&buf[m]);
+      // messages of several ranks come in any order
+      const auto place =
+          std::upper_bound(cuts.begin(), cuts.end(), 6 * d + s, [](int joint, const Cut &c) {
+            return joint < c.joint;
+          });
+      cuts.insert(place, {6 * d + s, unpack(&buf[m])});
       m += 4;
     }
   }

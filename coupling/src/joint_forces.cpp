@@ -210,16 +210,30 @@ void JointStates::gather(int d, ForceSums &sums)
     stored.joints += e;
 }
 
+// The force of a joint between two ranks is the difference of both halves. A ghost may be on its way to a third rank.
+
 int JointStates::pack_forces(int d, double *buf) const
 {
-  for (int s = 0; s < 6; ++s) std::copy_n(jt.half_force_of(d, s), 3, buf + 3 * s);
-  return 18 + (cracks_ ? cracks_->pack_energy(d, buf + 18) : 0);
+  int m = 0;
+  buf[m++] = wanted[d];
+  for (int s = 0; s < 6; ++s)
+    if (wanted[d] >> s & 1u) {
+      std::copy_n(jt.half_force_of(d, s), 3, buf + m);
+      m += 3;
+    }
+  return m + (cracks_ ? cracks_->pack_energy(d, buf + m) : 0);
 }
 
 int JointStates::unpack_forces(int d, const double *buf)
 {
-  for (int s = 0; s < 6; ++s) std::copy_n(buf + 3 * s, 3, jt.half_forces().of(d, s));
-  return 18 + (cracks_ ? cracks_->unpack_energy(d, buf + 18) : 0);
+  int m = 0;
+  wanted[d] = static_cast<unsigned char>(buf[m++]);
+  for (int s = 0; s < 6; ++s)
+    if (wanted[d] >> s & 1u) {
+      std::copy_n(buf + m, 3, jt.half_forces().of(d, s));
+      m += 3;
+    }
+  return m + (cracks_ ? cracks_->unpack_energy(d, buf + m) : 0);
 }
 
 // --- softening --------------------------------------------------------------

@@ -110,6 +110,11 @@ void JointStates::new_tables()
   least_of_row.assign(jt.rows.size(), HUGE_VAL);
   softening_list.clear();
   decided_elsewhere.clear();
+  wanted.assign(jt.nall, 0);
+  for (int d = 0; d < jt.nde; ++d)
+    for (int s = 0; s < 6; ++s)
+      if (jt.partner[d][s] >= 6 * jt.nde)
+        wanted[d] = static_cast<unsigned char>(wanted[d] | 1u << s);
   if (!laws.with_cohesive) return;
   for (int d = 0; d < jt.nde; ++d)
     for (int s = 0; s < 6; ++s) {

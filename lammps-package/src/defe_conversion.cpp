@@ -127,7 +127,7 @@ double DefeConversion::contact_distance_if_separated(int i, const tagint *face, 
 {
   Vec3 X[4], x[4];
   for (int k = 0; k < 4; k++) {
-    const int j = domain->closest_image(i, sys.ids.local_of(face[k]));
+    const int j = sys.ids.nearest_to(i, face[k]);
     if (j < 0)
       error->one(FLERR,
                  "Node {} of the face that DE {} is tied to is missing on proc {} at step {}: it "
@@ -525,8 +525,7 @@ void DefeConversion::break_joint_to_older(tagint tag, DERecord &r, int s,
 {
   JointRecord &slot = r.slot[s];
   const int near = sys.model.parts[r.part].split.first_on_face(r.corner, s);
-  const int j =
-      domain->closest_image(idx[defe::fe::hex_face[s][near]], sys.ids.local_of(r.other[s]));
+  const int j = sys.ids.nearest_to(idx[defe::fe::hex_face[s][near]], r.other[s]);
   if (j < 0) return;    // deleted
   tagint face_node[4];
   for (int c = 0; c < 4; c++) face_node[c] = static_cast<tagint>(planned.slot[s].face_node[c]);

@@ -50,8 +50,7 @@ std::vector<defe::JointCrack> &DefeCrackHost::cracks_of(int de)
 
 int DefeCrackHost::nearest(int de, std::int64_t id) const
 {
-  if (id > atom->map_tag_max) return -1;
-  return domain->closest_image(sys.joints.self[de], atom->map(static_cast<tagint>(id)));
+  return sys.ids.nearest_to(sys.joints.self[de], static_cast<tagint>(id));
 }
 
 /* ----------------------------------------------------------------------

@@ -9,6 +9,7 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "domain.h"
 #include "error.h"
 #include "fix.h"
 #include "update.h"
@@ -27,6 +28,12 @@ using Rendezvous::Letters;
 int DefeIds::local_of(tagint tag) const
 {
   return (tag > 0 && tag <= atom->map_tag_max) ? atom->map(tag) : -1;
+}
+
+int DefeIds::nearest_to(int i, tagint id) const
+{
+  const int j = local_of(id);    // most have no images, and their positions need not be fetched
+  return j < 0 || atom->sametag[j] < 0 ? j : domain->closest_image(i, j);
 }
 
 tagint DefeIds::de_tag(tagint lot, int place) const

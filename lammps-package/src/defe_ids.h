@@ -25,6 +25,8 @@ class DefeIds : protected DefeComponent {
   using DefeComponent::DefeComponent;
   /** Index of an atom, -1 if it is not here. */
   int local_of(tagint) const;
+  /** Of its images the one nearest to atom i. */
+  int nearest_to(int i, tagint) const;
   /** The DEs of an element have the IDs of one lot, by their places: that with the number of the element, as
       long as no other atoms have come; see deal_lots(). */
   tagint de_tag(tagint lot, int place) const;

@@ -232,7 +232,7 @@ void DefeTables::draft_cell(int i, Draft &draft, defe::GeneralCell &cell)
     cell.face[s] = Vec3(slot.face);
     draft.len[s] = draft.half[s] = cell.face[s].norm();
     if (slot.kind == DefeJoint::DE && (slot.state != DefeJoint::CONTACT || slot.plane)) {
-      const int j = domain->closest_image(i, sys.ids.local_of(r.other[s]));
+      const int j = sys.ids.nearest_to(i, r.other[s]);
       if (j < 0 && slot.plane) {    // the other fragment was deleted
         slot.plane = 0;
         continue;
@@ -341,7 +341,7 @@ void DefeTables::add_tie(int d, int s)
   const DERecord &r = *jt.rec(d);
   std::array<int, 4> node;
   for (int k = 0; k < 4; k++) {
-    node[k] = domain->closest_image(i, sys.ids.local_of(r.tie->of[s][k]));
+    node[k] = sys.ids.nearest_to(i, r.tie->of[s][k]);
     if (node[k] < 0)
       error->one(FLERR, "Node {} of the face that DE {} is tied to is missing at step {}",
                  r.tie->of[s][k], atom->tag[i], update->ntimestep);

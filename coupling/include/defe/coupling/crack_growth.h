@@ -60,7 +60,7 @@
 #include "defe/coupling/crack_stress.h"
 #include "defe/coupling/flaws_between.h"
 
-#include <unordered_map>
+#include <deque>
 #include <vector>
 
 namespace defe {
@@ -182,7 +182,23 @@ class CrackGrowth {
     std::vector<Waiting> before_ties;
   };
 
-  std::unordered_map<int, Crack> cracks;    // by lower end
+  /// By lower end. Most cuts of a step are looked for around other joints, and not found.
+  class Cracks {
+   public:
+    /// For so many joints, of which none is cut.
+    void reset(std::size_t joints);
+    /// Made if it is not there; stays where it is until reset().
+    Crack &operator[](int joint);
+    Crack *find(int joint) const { return of[joint]; }
+    const Crack &at(int joint) const { return *of[joint]; }
+    void erase(int joint);
+    bool empty() const { return count == 0; }
+
+   private:
+    std::vector<Crack *> of;    // null: not cut
+    std::deque<Crack> all;      // kept, with the memory of their lists
+    std::size_t taken = 0, count = 0;
+  } cracks;
   struct Listed {
     Ids ids;
     int joint;

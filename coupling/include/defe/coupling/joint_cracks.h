@@ -178,11 +178,11 @@ class JointCracks {
   CrackGrowth growth;
   std::vector<CrackStart> decisions;
   std::vector<int> started;
-  std::unordered_map<int, CrackMemory> cuts;    // while tables are made: of lower ends
   struct Cut {
     int joint;
     CrackMemory memory;
   };
+  std::vector<Cut> cuts;       // while tables are made: of lower ends, ascending
   std::vector<Cut> coming;     // pending: joints that are cut in the next step
   std::vector<int> cutting;    // of the other law, softening from the end of this step on
   std::vector<int> parting;    // joints that leave the lattice at the end of this step

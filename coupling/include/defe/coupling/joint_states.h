@@ -97,8 +97,8 @@ class JointStates {
 
   // messages: of one DE, up to the size
 
-  static constexpr int FORCES_SIZE = 18 + JointCracks::ENERGY_SIZE;
-  int forces_size() const { return cracks_ ? FORCES_SIZE : 18; }
+  static constexpr int FORCES_SIZE = 1 + 18 + JointCracks::ENERGY_SIZE;
+  int forces_size() const { return cracks_ ? FORCES_SIZE : 1 + 18; }
   int pack_forces(int d, double *buf) const;
   int unpack_forces(int d, const double *buf);
   int states_size() const { return cracks_ ? 1 + 6 * JointCracks::MEMORY_SIZE : 1; }
@@ -131,6 +131,8 @@ class JointStates {
   std::vector<char>
       crack_cuts;    // by types, as JointLaws::coeffs: joints are cut by planes of their own
 
+  std::vector<unsigned char>
+      wanted;    // of DEs and ghosts, a bit per slot: another rank has the DE at the other end
   std::vector<double> least_threshold;      // by DE: of its joints
   std::vector<double> least_of_row;         // of JointTable::rows
   std::vector<int> above;                   // joints with more force than that
