@@ -76,12 +76,12 @@ struct Block {
 const CornerModuli glass{74.09e9 * 0.2 / (1.2 * 0.6), 74.09e9 / 2.4};
 
 /// Where eight DEs and their neighbours follow one another.
-std::vector<LatticeRow> rows_of(const Block &block)
+LargeVector<LatticeRow> rows_of(const Block &block)
 {
   JointTable table;
   table.nde = static_cast<int>(block.self.size());
-  table.self = block.self;
-  table.nb = block.nb;
+  table.self.assign(block.self.begin(), block.self.end());
+  table.nb.assign(block.nb.begin(), block.nb.end());
   table.present = block.present;
   for (int d = 0; d < table.nde; ++d) {
     table.partner.emplace_back();
@@ -99,7 +99,7 @@ void orthogonal(benchmark::State &state, bool with_energy, bool in_rows)
   Block block(200, 20, 10, 1e-3 * state.range(0));
   OrthogonalLattice lattice = block.lattice();
   const HalfForces force(block.force[0].data(), lattice.n);
-  std::vector<LatticeRow> rows;
+  LargeVector<LatticeRow> rows;
   if (in_rows) {
     rows = rows_of(block);
     lattice.rows = rows.data();

@@ -64,7 +64,7 @@ void DefeSphereContacts::search()
   // DEs and spheres of other origin that are not much larger go into a grid; large ones, of which
   // there are few, meet all others
 
-  std::vector<int> small(jt.self), large;
+  std::vector<int> small(jt.self.begin(), jt.self.end()), large;
   double largest = 0.0;
   for (int i : small) largest = MAX(largest, MAX(radius[i], sys.surface.reach_of(i)));
   const double limit = 4.0 * largest;

@@ -127,7 +127,8 @@ namespace {
   void expect_same(Lattice &l, bool each_alone)
   {
     l.compute(false, each_alone);
-    const auto f = l.f, half = l.jt.half_force, energy = l.jt.energy;
+    const auto f = l.f;
+    const auto half = l.jt.half_force, energy = l.jt.energy;
     const auto pending = l.jt.pending;
     const double stored = l.stored.joints;
     for (int ds : pending) l.jt.record(ds).pending = 0;

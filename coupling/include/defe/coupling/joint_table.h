@@ -9,6 +9,7 @@
 #include "defe/coupling/crack_softening.h"
 #include "defe/coupling/element_split.h"
 #include "defe/coupling/flaws_between.h"
+#include "defe/coupling/large_pages.h"
 #include "defe/coupling/particles.h"
 #include "defe/coupling/pool.h"
 
@@ -95,12 +96,12 @@ struct JointTable {
   int nde = 0;                                ///< owned DEs
   int orthogonal = 0;                         ///< of these, the first ones have orthogonal cells
   int nall = 0;                               ///< owned and ghost DEs
-  std::vector<int> self;                      ///< particle of a DE
+  LargeVector<int> self;                      ///< particle of a DE
   std::vector<int> of_atom;                   ///< DE of a particle, -1 = none
-  std::vector<std::array<int, 6>> nb;         ///< particle, or ~(index of tie point)
-  std::vector<std::array<int, 6>> partner;    ///< joint at the other DE, -1 = none
+  LargeVector<std::array<int, 6>> nb;         ///< particle, or ~(index of tie point)
+  LargeVector<std::array<int, 6>> partner;    ///< joint at the other DE, -1 = none
   std::vector<unsigned char> present;         ///< bit per slot: acts in the corner strains
-  std::vector<std::array<double, 6>> len, half;
+  LargeVector<std::array<double, 6>> len, half;
   std::vector<unsigned char> material;
   std::vector<unsigned char> free;     ///< bit per slot: GeneralCell::free
   std::vector<GeneralCell> cell;       ///< of the DEs from `orthogonal` on
@@ -108,18 +109,18 @@ struct JointTable {
   /// Of owned DEs: from reference positions to the stress-free shape that len, half and cell are of; empty if no
   /// body has a stress to begin with (fe/prestress.h).
   std::vector<Mat3> stress_free;
-  std::vector<double> half_force;    ///< 18 per DE, owned and ghost, slot by slot
+  LargeVector<double> half_force;    ///< 18 per DE, owned and ghost, slot by slot
   HalfForces half_forces() { return {half_force.data(), nall}; }
   const double *half_force_of(int d, int s) const
   {
     return half_force.data() + 3 * (static_cast<std::ptrdiff_t>(nall) * s + d);
   }
   const double *half_force_of(int joint) const { return half_force_of(joint / 6, joint % 6); }
-  std::vector<LatticeRow> rows;    ///< of each eight owned DEs, where they are one
+  LargeVector<LatticeRow> rows;    ///< of each eight owned DEs, where they are one
   /// With new tables.
   void find_rows();
-  std::vector<double> energy;
-  std::vector<unsigned char> state;    ///< 6 per DE, owned and ghost
+  LargeVector<double> energy;
+  LargeVector<unsigned char> state;    ///< 6 per DE, owned and ghost
   /// Stress at which flaws start a crack in a DE (strength_field.h), owned and ghost; infinite where they have no say,
   /// empty where they have none anywhere.
   std::vector<double> strength;

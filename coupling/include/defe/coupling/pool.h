@@ -1,13 +1,9 @@
 #ifndef DEFE_COUPLING_POOL_H
 #define DEFE_COUPLING_POOL_H
 
-#include <cstddef>
-#include <cstdlib>
-#include <new>
+#include "defe/coupling/large_pages.h"
 
-#if defined(__linux__)
-#include <sys/mman.h>
-#endif
+#include <cstddef>
 
 namespace defe {
 
@@ -33,7 +29,7 @@ template <class T> class Pool {
   }
 
  private:
-  static constexpr std::size_t PAGE = std::size_t(1) << 21;
+  static constexpr std::size_t PAGE = large_pages::PAGE;
   union Place {
     Place *next;
     alignas(T) char object[sizeof(T)];
@@ -53,12 +49,7 @@ template <class T> class Pool {
   }
   void grow()
   {
-    void *page = std::aligned_alloc(PAGE, PAGE);
-    if (!page) throw std::bad_alloc();
-#if defined(MADV_HUGEPAGE)
-    madvise(page, PAGE, MADV_HUGEPAGE);    // a hint only
-#endif
-    auto *slab = static_cast<Slab *>(page);
+    auto *slab = static_cast<Slab *>(large_pages::take(PAGE));
     slab->before = slabs;
     slabs = slab;
     const std::size_t n = (PAGE - offsetof(Slab, place)) / sizeof(Place);
