@@ -1,9 +1,13 @@
 #include "defe/coupling/crack_softening.h"
 
+#include "defe/simd.h"
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <optional>
 
 namespace defe {
 
@@ -29,58 +33,79 @@ namespace {
             par.softening};
   }
 
-  struct Frame {
-    DERotation end[2];
-    Eigen::Quaterniond turn;
-    bool defined;
-  };
-
   /// Of the joints that R was taken from: which, and whether they said how the DE has turned.
   constexpr unsigned joints_used = 0x3f, said_how = 0x40;
 
-  /// Rotation of one end, and what it was taken from.
-  DERotation turn_of(const CrackEnd &end, int slot, unsigned char &used)
-  {
-    unsigned use = end.present;
-    DERotation turn = de_rotation(end, use);
-    if (slot >= 0 && crack_joint_has_a_say(turn, use)) {
-      use |= 1u << slot;
-      turn = de_rotation(end, use);
+  /// Rotation of one end, and what it was taken from. It stays where the caller has it, if he does.
+  class EndTurn {
+   public:
+    EndTurn(const CrackEnd &end, int slot)
+    {
+      unsigned use = end.present;
+      find(end, use);
+      if (slot >= 0 && crack_joint_has_a_say(*turn, use)) {
+        use |= 1u << slot;
+        find(end, use);
+      }
+      defined = turn->defined;
+      used = static_cast<unsigned char>(use | (defined ? said_how : 0u));
     }
-    used = static_cast<unsigned char>(use | (turn.defined ? said_how : 0u));
-    return turn;
-  }
+    /// By what it was taken from before.
+    EndTurn(const CrackEnd &end, unsigned char before) : used(before)
+    {
+      find(end, before & joints_used);
+      defined = turn->defined && (before & said_how) != 0;
+    }
+    EndTurn(const EndTurn &) = delete;
+    EndTurn &operator=(const EndTurn &) = delete;
 
-  /// The same by what it was taken from before.
-  DERotation turn_of(const CrackEnd &end, unsigned char used)
-  {
-    DERotation turn = de_rotation(end, used & joints_used);
-    turn.defined = turn.defined && (used & said_how) != 0;
-    return turn;
-  }
+    const DERotation &operator*() const { return *turn; }
+    const DERotation *operator->() const { return turn; }
+    bool defined;
+    unsigned char used;
+
+   private:
+    const DERotation *turn;
+    std::optional<DERotation> own;
+
+    void find(const CrackEnd &end, unsigned use)
+    {
+      turn = known_rotation(end, use);
+      if (!turn) turn = &own.emplace(de_rotation(end, use));
+    }
+  };
 
   /// Mean rotation of the two DEs: polar factor of the sum of theirs.
-  Frame mean(const DERotation &near, const DERotation &far)
-  {
-    Frame frame;
-    frame.end[0] = near;
-    frame.end[1] = far;
-    frame.defined = near.defined || far.defined;
-    if (near.defined && far.defined) {
-      const Eigen::Vector4d a(near.quaternion), b(far.quaternion);
-      const Eigen::Vector4d sum = a + (a.dot(b) < 0.0 ? -1.0 : 1.0) * b;
-      frame.turn = Eigen::Quaterniond(Eigen::Vector4d(sum.normalized()));
-    } else if (frame.defined) {
-      frame.turn = Eigen::Quaterniond((near.defined ? near : far).quaternion);
-    }
-    return frame;
-  }
+  struct Frame {
+    EndTurn end[2];
+    Eigen::Quaterniond turn;
+    bool defined;
 
-  Frame present_joints(const CrackGeometry &geometry, const CrackEnd &near, const CrackEnd &far,
-                       unsigned char used[2])
-  {
-    return mean(turn_of(near, geometry.slot[0], used[0]), turn_of(far, geometry.slot[1], used[1]));
-  }
+    Frame(const CrackGeometry &geometry, const CrackEnd &near, const CrackEnd &far) :
+        end{{near, geometry.slot[0]}, {far, geometry.slot[1]}}
+    {
+      find_mean();
+    }
+    Frame(const CrackEnd &near, const CrackEnd &far, const unsigned char used[2]) :
+        end{{near, used[0]}, {far, used[1]}}
+    {
+      find_mean();
+    }
+
+   private:
+    void find_mean()
+    {
+      const auto &[near, far] = end;
+      defined = near.defined || far.defined;
+      if (near.defined && far.defined) {
+        const Eigen::Vector4d a(near->quaternion), b(far->quaternion);
+        const Eigen::Vector4d sum = a + (a.dot(b) < 0.0 ? -1.0 : 1.0) * b;
+        turn = Eigen::Quaterniond(Eigen::Vector4d(sum.normalized()));
+      } else if (defined) {
+        turn = Eigen::Quaterniond((near.defined ? near : far)->quaternion);
+      }
+    }
+  };
 
   Eigen::Quaterniond last_turn(const CrackJoint &joint)
   {
@@ -147,7 +172,8 @@ bool crack_start(CrackJoint &joint, const Vec3 &m, double f, const CrackGeometry
   joint = CrackJoint{};
   joint.f = f;
   joint.turn[3] = 1.0;
-  const Frame frame = present_joints(geometry, near, far, joint.used);
+  const Frame frame(geometry, near, far);
+  for (int k = 0; k < 2; ++k) joint.used[k] = frame.end[k].used;
   if (frame.defined) keep_turn(joint, frame.turn);
   const Mat3 R = last_turn(joint).toRotationMatrix();
   const Vec3 t = R.transpose() * force / projected(geometry, m).area, place = R.transpose() * y;
@@ -231,39 +257,45 @@ namespace {
   /// Cosine of half of 0.1: farther (in rad) DEs do not turn between two evaluations.
   constexpr double largest_turn = 0.99875;
 
+  /// With a turn by the spins of less than this, and by the joints of less than that (cosine of its half), the two are not as far
+  /// apart as that.
+  constexpr double small_spin = 0.04, small_turn = 0.9996;    // acos(small_turn) = 0.0283
+
   /// What R to go on from: that of the last evaluation, by the joints that it was taken from, if these have come or gone; with the
   /// spins, if it has turned over by itself. A whole body may turn as far, but then e is as before.
   Eigen::Quaterniond before_jump(const CrackJoint &joint, const CrackEnd &near, const CrackEnd &far,
-                                 const Vec3 &y, const Eigen::Quaterniond &spun,
-                                 const Eigen::Quaterniond &turn, const unsigned char now[2])
+                                 const Vec3 &y, const Vec3 &spin, const Frame &frame)
   {
-    Eigen::Quaterniond same = turn;
-    if (joint.used[0] != now[0] || joint.used[1] != now[1]) {
-      const Frame before = mean(turn_of(near, joint.used[0]), turn_of(far, joint.used[1]));
-      same = before.defined ? before.turn : spun;
+    std::optional<Eigen::Quaterniond> same;
+    if (frame.defined) same = frame.turn;
+    if (joint.used[0] != frame.end[0].used || joint.used[1] != frame.end[1].used) {
+      const Frame before(near, far, joint.used);
+      same.reset();
+      if (before.defined) same = before.turn;
     }
-    if (std::abs(same.dot(spun)) > largest_turn) return same;
+    if (same && spin.squaredNorm() < small_spin * small_spin &&
+        std::abs(same->dot(last_turn(joint))) > small_turn)
+      return *same;
+    const Eigen::Quaterniond spun = turned_by_spin(joint, spin);
+    if (!same || std::abs(same->dot(spun)) > largest_turn) return same.value_or(spun);
     const auto change = [&](const Eigen::Quaterniond &q) {
       return (Vec3(joint.offset) + q.toRotationMatrix().transpose() * y - Vec3(joint.e)).norm();
     };
-    return change(same) <= change(spun) ? same : spun;
+    return change(*same) <= change(spun) ? *same : spun;
   }
 
   /// R of this evaluation. Where it jumps e does not: it is taken with the R to go on from.
-  Mat3 present_frame(CrackJoint &joint, const CrackGeometry &geometry, const CrackEnd &near,
-                     const CrackEnd &far, const Vec3 &y, const Vec3 &spin, Frame &frame)
+  Mat3 present_frame(CrackJoint &joint, const CrackEnd &near, const CrackEnd &far, const Vec3 &y,
+                     const Vec3 &spin, const Frame &frame)
   {
-    unsigned char now[2];
-    frame = present_joints(geometry, near, far, now);
-    const Eigen::Quaterniond spun = turned_by_spin(joint, spin);
-    const Eigen::Quaterniond turn = frame.defined ? frame.turn : spun;
+    const Eigen::Quaterniond turn = frame.defined ? frame.turn : turned_by_spin(joint, spin);
     const Mat3 R = turn.toRotationMatrix();
-    const Eigen::Quaterniond old = before_jump(joint, near, far, y, spun, turn, now);
+    const Eigen::Quaterniond old = before_jump(joint, near, far, y, spin, frame);
     if (old.coeffs() != turn.coeffs()) {
       const Vec3 jump = old.toRotationMatrix().transpose() * y - R.transpose() * y;
       for (int k = 0; k < 3; ++k) joint.offset[k] += jump[k];
     }
-    std::copy_n(now, 2, joint.used);
+    for (int k = 0; k < 2; ++k) joint.used[k] = frame.end[k].used;
     keep_turn(joint, turn);
     return R;
   }
@@ -296,7 +328,7 @@ namespace {
     const CrackEnd *const ends[2] = {&near, &far};
     for (int k = 0; k < 2; ++k) {
       if (!frame.end[k].defined) continue;
-      add_moment(frame.end[k], *ends[k], joint.used[k] & joints_used, (both ? 0.5 : 1.0) * moment,
+      add_moment(*frame.end[k], *ends[k], joint.used[k] & joints_used, (both ? 0.5 : 1.0) * moment,
                  out.arm[k]);
       for (const Vec3 &f : out.arm[k]) out.at[k] -= f;
     }
@@ -315,8 +347,8 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
   out.dissipated = out.fracture = out.excess = out.work_new = out.rubbed = 0.0;
   out.newly_broken = false;
 
-  Frame frame;
-  const Mat3 R = present_frame(joint, geometry, near, far, y, spin, frame);
+  const Frame frame(geometry, near, far);
+  const Mat3 R = present_frame(joint, near, far, y, spin, frame);
   const Vec3 m(joint.m), before(joint.e);
   const Vec3 at = R.transpose() * y;
   Vec3 e = Vec3(joint.offset) + at;
@@ -377,6 +409,202 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
   out.force = p.area * (R * (t_m * m + t_p));
   if (out.force.squaredNorm() > 0.0) share_moment(out, frame, near, far, joint, y);
   return out;
+}
+
+// --- open planes, several at a time -----------------------------------------
+
+namespace {
+
+  using simd::Mask;
+  using simd::Pack;
+
+  // The same sums in the same order as in crack_update().
+
+  struct PackVector {
+    Pack x, y, z;
+
+    friend DEFE_INLINE PackVector operator+(const PackVector &a, const PackVector &b)
+    {
+      return {a.x + b.x, a.y + b.y, a.z + b.z};
+    }
+    friend DEFE_INLINE PackVector operator-(const PackVector &a, const PackVector &b)
+    {
+      return {a.x - b.x, a.y - b.y, a.z - b.z};
+    }
+    friend DEFE_INLINE PackVector operator*(const Pack &f, const PackVector &a)
+    {
+      return {f * a.x, f * a.y, f * a.z};
+    }
+    DEFE_INLINE Pack dot(const PackVector &b) const { return x * b.x + y * b.y + z * b.z; }
+    DEFE_INLINE Pack norm() const { return simd::sqrt(dot(*this)); }
+    DEFE_INLINE void store(int lane, double to[3]) const
+    {
+      to[0] = x[lane];
+      to[1] = y[lane];
+      to[2] = z[lane];
+    }
+  };
+
+  struct PackQuaternion {
+    Pack x, y, z, w;
+
+    DEFE_INLINE Pack dot(const PackQuaternion &b) const
+    {
+      return (x * b.x + z * b.z) + (y * b.y + w * b.w);
+    }
+    /// R^T a.
+    DEFE_INLINE PackVector back(const PackVector &a) const
+    {
+      const Pack tx = 2.0 * x, ty = 2.0 * y, tz = 2.0 * z;
+      const Pack twx = tx * w, twy = ty * w, twz = tz * w, txx = tx * x, txy = ty * x, txz = tz * x;
+      const Pack tyy = ty * y, tyz = tz * y, tzz = tz * z;
+      return {(1.0 - (tyy + tzz)) * a.x + (txy + twz) * a.y + (txz - twy) * a.z,
+              (txy - twz) * a.x + (1.0 - (txx + tzz)) * a.y + (tyz + twx) * a.z,
+              (txz + twy) * a.x + (tyz - twx) * a.y + (1.0 - (txx + tyy)) * a.z};
+    }
+  };
+
+  /// Reads number k of what each lane has.
+  template <class Of> DEFE_INLINE PackVector vectors(const Of &of)
+  {
+    return {simd::generate([&](int l) {
+              return of(l)[0];
+            }),
+            simd::generate([&](int l) {
+              return of(l)[1];
+            }),
+            simd::generate([&](int l) {
+              return of(l)[2];
+            })};
+  }
+
+  template <class Of> DEFE_INLINE PackQuaternion quaternions(const Of &of)
+  {
+    const PackVector v = vectors(of);
+    return {v.x, v.y, v.z, simd::generate([&](int l) {
+              return of(l)[3];
+            })};
+  }
+
+  /// Rotation of one end as EndTurn has it, of what the caller knows.
+  struct KnownTurn {
+    const double *quaternion;
+    unsigned char used;
+    bool known;
+
+    KnownTurn(const CrackEnd &end, int slot)
+    {
+      static constexpr double none[4] = {0.0, 0.0, 0.0, 1.0};
+      const DERotation *turn = end.turn;
+      unsigned use = end.present;
+      if (turn && crack_joint_has_a_say(*turn, use)) {
+        use |= 1u << slot;
+        turn = known_rotation(end, use);
+      }
+      known = turn != nullptr;
+      const bool defined = known && turn->defined;
+      quaternion = defined ? turn->quaternion : none;
+      used = static_cast<unsigned char>(use | (defined ? said_how : 0u));
+    }
+    bool defined() const { return (used & said_how) != 0; }
+  };
+
+  /// Up to simd::width of them.
+  void open_planes(int n, const BrokenPlane *planes, bool *open)
+  {
+    constexpr int width = simd::width;
+    const CrackJoint *law[width];
+    const double *y_of[width], *d_of[width], *turn_of[2][width];
+    bool in_question[width];
+    double has[2][width];
+    for (int l = 0; l < width; ++l) {
+      const BrokenPlane &plane = planes[l < n ? l : 0];
+      law[l] = plane.joint;
+      y_of[l] = plane.near->y[plane.slot[0]].data();
+      d_of[l] = plane.near->dX[plane.slot[0]].data();
+      const KnownTurn near(*plane.near, plane.slot[0]), far(*plane.far, plane.slot[1]);
+      turn_of[0][l] = near.quaternion;
+      turn_of[1][l] = far.quaternion;
+      has[0][l] = near.defined();
+      has[1][l] = far.defined();
+      // R did not jump, and is known
+      in_question[l] = law[l]->broken && near.known && far.known &&
+          (near.defined() || far.defined()) && law[l]->used[0] == near.used &&
+          law[l]->used[1] == far.used && plane.spin.squaredNorm() < small_spin * small_spin;
+    }
+    const auto lanes = [](const double *p) {
+      Pack v;
+      std::memcpy(&v, p, sizeof(v));
+      return v;
+    };
+
+    const auto a = quaternions([&](int l) {
+      return turn_of[0][l];
+    });
+    const auto b = quaternions([&](int l) {
+      return turn_of[1][l];
+    });
+    const Pack sign = a.dot(b) < 0.0 ? simd::broadcast(-1.0) : simd::broadcast(1.0);
+    const PackQuaternion sum{a.x + sign * b.x, a.y + sign * b.y, a.z + sign * b.z,
+                             a.w + sign * b.w};
+    const Pack size = simd::sqrt(sum.dot(sum));
+    const Mask near = lanes(has[0]) > 0.0, both = near & (lanes(has[1]) > 0.0);
+    const auto mean = [&](const Pack &s, const Pack &one, const Pack &other) {
+      return both ? s / size : (near ? one : other);
+    };
+    const PackQuaternion turn{mean(sum.x, a.x, b.x), mean(sum.y, a.y, b.y), mean(sum.z, a.z, b.z),
+                              mean(sum.w, a.w, b.w)};
+    const auto last = quaternions([&](int l) {
+      return law[l]->turn;
+    });
+
+    const auto y = vectors([&](int l) {
+      return y_of[l];
+    });
+    const auto d = vectors([&](int l) {
+      return d_of[l];
+    });
+    const auto m = vectors([&](int l) {
+      return law[l]->m;
+    });
+    auto offset = vectors([&](int l) {
+      return law[l]->offset;
+    });
+    const PackVector at = turn.back(y);
+    PackVector e = offset + at;
+    const Pack opening = e.dot(m);
+    // without pressure nothing holds it along the plane, see slide()
+    const PackVector along = e - opening * m;
+    const Mask slips = along.norm() > 1e-14 * at.norm();
+    const auto without = [&](const Pack &from, const Pack &slip) {
+      return slips ? from - slip : from;
+    };
+    offset = {without(offset.x, along.x), without(offset.y, along.y), without(offset.z, along.z)};
+    e = offset + at;
+    const Pack size_d = d.norm();
+    const unsigned is_open =
+        simd::bits((simd::abs(turn.dot(last)) > small_turn) & (opening > 0.0) & (e.dot(m) > 0.0) &
+                   ((at - d).norm() <= 0.2 * size_d) & (y.norm() <= 1.2 * size_d));
+    for (int l = 0; l < n; ++l) {
+      open[l] = in_question[l] && is_open >> l & 1u;
+      if (!open[l]) continue;
+      CrackJoint &joint = *planes[l].joint;
+      offset.store(l, joint.offset);
+      e.store(l, joint.e);
+      joint.turn[0] = turn.x[l];
+      joint.turn[1] = turn.y[l];
+      joint.turn[2] = turn.z[l];
+      joint.turn[3] = turn.w[l];
+      joint.stored = 0.0;
+    }
+  }
+
+}    // namespace
+
+void crack_update_open(int n, const BrokenPlane *planes, bool *open)
+{
+  for (int first = 0; first < n; first += simd::width)
+    open_planes(std::min(simd::width, n - first), planes + first, open + first);
 }
 
 }    // namespace defe

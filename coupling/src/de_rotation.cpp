@@ -1,11 +1,13 @@
 #include "defe/coupling/de_rotation.h"
 
 #include "defe/simd.h"
+#include "defe/triples.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace defe {
 
@@ -66,6 +68,32 @@ namespace {
     }
   };
 
+  /// Reads vectors of some DEs; the lanes that are left repeat the first.
+  class Gathered {
+   public:
+    DEFE_INLINE Gathered(int n, const CrackEnd *end)
+    {
+      for (int l = 0; l < lanes; ++l) of[l] = end + (l < n ? l : 0);
+    }
+    /// Of joint s, 0 where a DE has none.
+    DEFE_INLINE void present(int s, const Vec3 *CrackEnd::*which, Pack v[3]) const
+    {
+      double here[lanes], to[3][lanes];
+      const double *from[lanes];
+      for (int l = 0; l < lanes; ++l) {
+        here[l] = of[l]->present >> s & 1u;
+        from[l] = (of[l]->*which)[s].data();
+      }
+      for (int l = 0; l < lanes; l += 4)
+        simd::FourTriples(from + l).store_scaled(here + l, to[0] + l, to[1] + l, to[2] + l);
+      for (int i = 0; i < 3; ++i) std::memcpy(&v[i], to[i], sizeof(Pack));
+    }
+
+   private:
+    static constexpr int lanes = std::max(simd::width, 4);
+    const CrackEnd *of[lanes];
+  };
+
   /// Of some DEs, one per lane.
   struct Lanes {
     Pack A[3][3], size;    // sum y dX^T over its norm
@@ -74,24 +102,14 @@ namespace {
 
     Lanes(int n, const CrackEnd *end)
     {
-      const auto of = [&](const auto &value) {
-        return simd::generate([&](int l) {
-          return value(end[l < n ? l : 0]);
-        });
-      };
+      const Gathered vectors(n, end);
       Symmetric P{}, now{}, unit{};    // sum dX dX^T, sum y y^T, and that of the directions of dX
       for (auto &row : A)
         for (Pack &a : row) a = Pack{};
       for (int s = 0; s < 6; ++s) {
         Pack X[3], y[3];
-        for (int i = 0; i < 3; ++i) {
-          X[i] = of([=](const CrackEnd &e) {
-            return e.present >> s & 1u ? e.dX[s][i] : 0.0;
-          });
-          y[i] = of([=](const CrackEnd &e) {
-            return e.present >> s & 1u ? e.y[s][i] : 0.0;
-          });
-        }
+        vectors.present(s, &CrackEnd::dX, X);
+        vectors.present(s, &CrackEnd::y, y);
         P.add_square(X);
         const Pack square = X[0] * X[0] + X[1] * X[1] + X[2] * X[2];
         unit.add_square(X, square > 0.0 ? 1.0 / square : Pack{});
@@ -275,12 +293,17 @@ void de_rotations(int n, const CrackEnd *end, DERotation *out)
     rotate(std::min(simd::width, n - first), end + first, out + first);
 }
 
+const DERotation *known_rotation(const CrackEnd &end, unsigned use)
+{
+  if (use == end.present) return end.turn;
+  const unsigned more = use & ~end.present;
+  const bool one_more = more && (more & (more - 1)) == 0 && use == (end.present | more);
+  return one_more ? end.with[__builtin_ctz(more)] : nullptr;
+}
+
 DERotation de_rotation(const CrackEnd &end, unsigned use)
 {
-  if (end.turn && use == end.present) return *end.turn;
-  const unsigned more = use & ~end.present;
-  if (more && (more & (more - 1)) == 0 && use == (end.present | more))
-    if (const DERotation *known = end.with[__builtin_ctz(more)]) return *known;
+  if (const DERotation *known = known_rotation(end, use)) return *known;
   const CrackEnd by{end.dX, end.y, use};
   DERotation r;
   de_rotations(1, &by, &r);

@@ -330,6 +330,7 @@ void JointCracks::know(const std::vector<int> &joints)
   const size_t n = known_des.size();
   known_vectors.resize(std::max(n, known_vectors.size()));
   known_turns.resize(std::max(n, known_turns.size()));
+  known_turning.assign(n, -1.0);
   known_ends.clear();
   constexpr size_t ahead = 4;
   for (size_t k = 0; k < n; ++k) {
@@ -441,16 +442,43 @@ CrackForces JointCracks::advance(int joint, CrackJoint &law, const CohesiveParam
                       moduli[jt.material[joint / 6]], par, friction);
 }
 
+/// Of broken joints, after know(): those whose planes are open are computed, several at a time, and have no force.
+/// \return  for each one whether it was
+const std::vector<char> &JointCracks::advance_open(const std::vector<Broken> &joints, double dt)
+{
+  constexpr size_t ahead = 8, lot = 64;
+  const size_t n = joints.size();
+  was_open.resize(n);
+  BrokenPlane planes[lot];
+  bool open[lot];
+  for (size_t first = 0; first < n; first += lot) {
+    const size_t here = std::min(lot, n - first);
+    for (size_t k = 0; k < here; ++k) {
+      if (first + k + ahead < n) prefetch(joints[first + k + ahead].law);
+      const auto [joint, law] = joints[first + k];
+      const int there = other_end(joint);
+      planes[k] = {law,
+                   &known_end(joint / 6),
+                   &known_end(there / 6),
+                   {joint % 6, there % 6},
+                   spin_of(joint, dt)};
+    }
+    crack_update_open(static_cast<int>(here), planes, open);
+    for (size_t k = 0; k < here; ++k) was_open[first + k] = open[k];
+  }
+  return was_open;
+}
+
 // A broken joint whose plane is open is not computed until it may have closed: nothing around it is expected to
 // move more than four times as fast as now, relative to each other.
 
-signed char JointCracks::resting(int joint, const CrackJoint &law, double dt) const
+signed char JointCracks::resting(int joint, const CrackJoint &law, double dt)
 {
   constexpr int longest = 20;
   const double gap = Vec3(law.e).dot(Vec3(law.m));
   if (!(gap > 0.0) || !(dt > 0.0)) return 1;
   const int near = joint / 6, there = other_end(joint);
-  const double length = geometry(joint).d.norm();
+  const double length = known_end(near).dX[joint % 6].norm();
   const double apart =
       (particles.velocity(jt.self[there / 6]) - particles.velocity(jt.self[near])).norm();
   double turning = 0.0;
@@ -472,22 +500,26 @@ signed char JointCracks::resting(int joint, const CrackJoint &law, double dt) co
 
 void JointCracks::expect_resting(int joint) const
 {
-  for (int d : {joint / 6, other_end(joint) / 6})
+  for (int d : {joint / 6, other_end(joint) / 6}) {
+    if (known_turning[known_place[d]] >= 0.0) continue;
     for (int there : partner[d])
       if (there >= 0)
         __builtin_prefetch(particles.v + 3 * static_cast<std::ptrdiff_t>(jt.self[there / 6]));
+  }
 }
 
-/// Most by which the joints that a DE's rotation is taken from turn, per time.
-double JointCracks::turning_of(int d) const
+/// Most by which the joints that a DE's rotation is taken from turn, per time. Several planes ask for it.
+double JointCracks::turning_of(int d)
 {
+  double &most = known_turning[known_place[d]];
+  if (most >= 0.0) return most;
+  most = 0.0;
   const Vec3 v = particles.velocity(jt.self[d]);
-  double most = 0.0;
+  const CrackEnd &end = known_end(d);
   for (int s = 0; s < 6; ++s) {
-    const int other = partner[d][s];
-    if (other < 0 || state[6 * d + s]) continue;
-    const Vec3 by = particles.velocity(jt.self[other / 6]) - v;
-    most = std::max(most, by.norm() / lattice().vector(6 * d + s).norm());
+    if (!(end.present >> s & 1u)) continue;
+    const Vec3 by = particles.velocity(jt.self[partner[d][s] / 6]) - v;
+    most = std::max(most, by.norm() / end.dX[s].norm());
   }
   return most;
 }

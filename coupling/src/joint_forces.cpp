@@ -252,6 +252,7 @@ void JointStates::soften(ForceSums &sums)
   list_softening();
   if (cracks_) wake_beside_cuts();
   find_awake();
+  if (cracks_) leave_out_open();
   bool any_ended = false;
   for (std::size_t n = 0; n < awake.size(); ++n) {
     if (n + ahead < awake.size()) {
@@ -340,6 +341,32 @@ void JointStates::find_awake()
     if (one.crack) cut_by_cracks.push_back(ds);
   }
   if (cracks_) cracks_->know(cut_by_cracks);
+}
+
+/// Open planes have no force: they are dealt with all together, and only the others are looked at one by one.
+void JointStates::leave_out_open()
+{
+  constexpr std::size_t ahead = 4;
+  broken_planes.clear();
+  for (int k : awake) {
+    const Softening &one = softening_list[k];
+    if (one.crack && one.plane != 0) broken_planes.push_back({jt.cohesive[k], &one.crack->law});
+  }
+  const auto &open = cracks_->advance_open(broken_planes, dt);
+  std::size_t left = 0, broken = 0;
+  for (std::size_t n = 0; n < awake.size(); ++n) {
+    const int k = awake[n];
+    Softening &one = softening_list[k];
+    const bool is_plane = one.crack && one.plane != 0;
+    if (!is_plane || !open[broken++]) {
+      awake[left++] = k;
+      continue;
+    }
+    if (broken + ahead < broken_planes.size())
+      cracks_->expect_resting(broken_planes[broken + ahead].joint);
+    one.plane = one.record->plane = cracks_->resting(jt.cohesive[k], one.crack->law, dt);
+  }
+  awake.resize(left);
 }
 
 /// Those that are broken, and that no plane takes any more.
@@ -461,13 +488,14 @@ void JointStates::soften_crack(int d, int s, SoftJoint &soft, CrackJoint &law, F
   ledger.release += r.dissipated - r.fracture;
   ledger.release += slot.pending ? r.work_new - r.dissipated - held : r.excess;
   slot.pending = 0;
-  soft.lost += r.dissipated;
-  soft.stored = held;
   stored.cohesive += held;
-
-  if (slot.state == joint::COHESIVE && law.broken) {
-    close_plane(d, s);
-    event(d, s, EventKind::BROKEN, 1.0);
+  if (slot.state == joint::COHESIVE) {
+    soft.lost += r.dissipated;
+    soft.stored = law.broken ? 0.0 : held;
+    if (law.broken) {
+      close_plane(d, s);
+      event(d, s, EventKind::BROKEN, 1.0);
+    }
   }
   if (r.separated) {
     leave_plane(d, s);

@@ -129,6 +129,20 @@ CrackForces crack_update(CrackJoint &joint, const CrackGeometry &geometry, const
                          const CornerModuli &moduli, const CohesiveParameters &parameters,
                          double friction = 0.0);
 
+/// A broken joint between two DEs whose rotations are known: CrackEnd::turn, and CrackEnd::with of this joint where a DE is poor.
+struct BrokenPlane {
+  CrackJoint *joint;
+  const CrackEnd *near, *far;
+  int slot[2];    ///< as in CrackGeometry
+  Vec3 spin;      ///< see crack_update()
+};
+
+/// Most planes of broken joints are open, and then there is no force. These are advanced as by crack_update(), several at a
+/// time, each as if it were alone; all others stay as they are, for crack_update(): also where R has jumped or is not known, and where the two have moved
+/// so far that they separate.
+/// \param open  [n] true for those that were advanced
+void crack_update_open(int n, const BrokenPlane *planes, bool *open);
+
 }    // namespace defe
 
 #endif

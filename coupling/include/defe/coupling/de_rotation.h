@@ -29,6 +29,9 @@ struct CrackEnd {
   const DERotation *with[6] = {};      ///< of those present and this one
 };
 
+/// What the caller has of it, null: nothing.
+const DERotation *known_rotation(const CrackEnd &end, unsigned use);
+
 /// By the joints in `use`.
 DERotation de_rotation(const CrackEnd &end, unsigned use);
 

@@ -81,8 +81,16 @@ class JointCracks {
   /// Before joints of this rank that a crack cuts are computed: how their DEs have turned.
   void know(const std::vector<int> &joints);
 
+  struct Broken {
+    int joint;
+    CrackJoint *law;
+  };
+  /// After know(), of broken joints: those whose planes are open are advanced, several at a time, and have no force.
+  /// \return  true for these; the others are left to advance()
+  const std::vector<char> &advance_open(const std::vector<Broken> &, double dt);
+
   /// JointRecord::plane of a broken joint that has just been computed.
-  signed char resting(int joint, const CrackJoint &, double dt) const;
+  signed char resting(int joint, const CrackJoint &, double dt);
   /// A hint that this comes soon.
   void expect_resting(int joint) const;
   /// Whether the plane of a broken joint is open for this step, by what resting() has found before: then it is one step
@@ -202,11 +210,13 @@ class JointCracks {
   std::vector<End> known_vectors;
   std::vector<CrackEnd> known_ends;
   std::vector<DERotation> known_turns;
+  std::vector<double> known_turning;    // see turning_of(); < 0: nobody has asked yet
   const CrackEnd &known_end(int d) const { return known_ends[known_place[d]]; }
   std::vector<CrackEnd> poor_ends;    // CrackEnd::with of these
   std::vector<int> poor_joints;
   std::vector<DERotation> poor_turns;
   void know_with_cut(const std::vector<int> &joints);
+  std::vector<char> was_open;
 
   std::vector<CrackBox> boxes;    // of DEs that are marked, see mark()
   std::vector<CrackStress> box_stress;
@@ -219,7 +229,7 @@ class JointCracks {
   void arms(int d, Vec3 y[6]) const;
   CrackGeometry geometry(int joint) const;
   Vec3 spin_of(int joint, double dt) const;
-  double turning_of(int d) const;
+  double turning_of(int d);
   void find_partners_of_ghosts();
 };
 

@@ -151,6 +151,7 @@ class JointStates {
   std::vector<char> flagged;    // by DE, while that list is brought up to date
   std::vector<int> awake,
       cut_by_cracks;    // softening joints and planes that are computed now: index in this list; joint
+  std::vector<JointCracks::Broken> broken_planes;    // of these
 
   std::vector<JointEvent> events_;
   std::vector<LooseDEs> broken_;
@@ -197,6 +198,7 @@ class JointStates {
   void list_softening();
   void wake_beside_cuts();
   void find_awake();
+  void leave_out_open();
   void forget_ended();
   void soften_tie(int d, int s, SoftJoint &, ForceSums &);
   void soften_joint(int d, int s, SoftJoint &, ForceSums &);
