@@ -243,6 +243,21 @@ SofteningJoint JointStates::softening(JointRecord &slot, SoftJoint &soft)
   return {soft.cohesive, soft.length0, slot.area, soft.stored, soft.lost, slot.pending};
 }
 
+namespace {
+
+  /// A hint that the tie, if it is one, is computed soon: its nodes are far from the DE in memory.
+  void expect_tie(const JointTable &jt, const MovingParticles &particles, int joint)
+  {
+    const int nb = jt.nb[joint / 6][joint % 6];
+    if (nb >= 0) return;
+    for (int node : jt.tie_node[~nb]) {
+      __builtin_prefetch(particles.at(node));
+      __builtin_prefetch(particles.v + 3 * static_cast<std::ptrdiff_t>(node));
+    }
+  }
+
+}    // namespace
+
 /// Each by the rank of its lower ID.
 void JointStates::soften(ForceSums &sums)
 {
@@ -258,9 +273,12 @@ void JointStates::soften(ForceSums &sums)
     if (n + ahead < awake.size()) {
       const Softening &next = softening_list[awake[n + ahead]];
       prefetch(next.record);
-      prefetch(next.soft);
+      if (next.plane == 0) prefetch(next.soft);
       prefetch(next.crack);
-      if (next.plane != 0) cracks_->expect_resting(jt.cohesive[awake[n + ahead]]);
+      if (next.plane != 0)
+        cracks_->expect_resting(jt.cohesive[awake[n + ahead]]);
+      else if (!next.crack)
+        expect_tie(jt, particles, jt.cohesive[awake[n + ahead]]);
     }
     const int ds = jt.cohesive[awake[n]];
     Softening &one = softening_list[awake[n]];

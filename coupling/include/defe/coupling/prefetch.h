@@ -11,8 +11,10 @@ template <class T> inline void prefetch(const T *what)
 {
   if (!what) return;
   constexpr std::size_t line = 64;
-  for (std::size_t k = 0; k < sizeof(T); k += line)
-    __builtin_prefetch(reinterpret_cast<const char *>(what) + k);
+  const char *const first = reinterpret_cast<const char *>(what);
+  for (std::size_t k = 0; k < sizeof(T); k += line) __builtin_prefetch(first + k);
+  // records do not begin where lines do
+  if constexpr (sizeof(T) > alignof(T)) __builtin_prefetch(first + sizeof(T) - 1);
 }
 
 }    // namespace defe
