@@ -31,12 +31,13 @@ namespace {
 // members of LAMMPS' classes that are protected: it has no functions for single atoms that come and go
 
 struct Map : Atom {
-  /// For n atoms, the last of them with this ID; the same on all ranks.
-  static bool has_room(Atom *atom, Memory *memory, int n, tagint last)
+  /// For n atoms, the last of them with this ID, the same on all ranks. An array grows; a hash would have to be made anew.
+  static bool find_room(Atom *atom, Memory *memory, int n, tagint last)
   {
     if (atom->map_style != Atom::MAP_ARRAY)
       return atom->*(&Map::map_nused) + n <= atom->*(&Map::map_nhash);
     if (last <= atom->map_tag_max) return true;
+    if (last >= MAXSMALLINT) return false;
     const int room = static_cast<int>(MIN(static_cast<bigint>(last) + last / 8, MAXSMALLINT - 1));
     int *&array = atom->*(&Map::map_array);
     memory->grow(array, room + 1, "atom:map_array");
@@ -182,7 +183,7 @@ bool DefeInPlace::possible()
   MPI_Allreduce(mine, all, 3, MPI_LMP_TAGINT, MPI_MAX, world);
   if (all[0]) return false;
   const bigint last = sys.ids.highest_born(all[2], count);
-  int fits = last <= MAXTAGINT && Map::has_room(atom, memory, born, static_cast<tagint>(last));
+  int fits = last <= MAXTAGINT && Map::find_room(atom, memory, born, static_cast<tagint>(last));
   MPI_Allreduce(MPI_IN_PLACE, &fits, 1, MPI_INT, MPI_MIN, world);
   return fits != 0;
 }

@@ -2,7 +2,10 @@
 
 #include "cracking_beam.h"
 
+#include "atom.h"
 #include "neighbor.h"
+
+#include <algorithm>
 
 using namespace defe::test;
 using defe::Vec3;
@@ -120,6 +123,28 @@ TEST(InPlace, NothingElseDiffers)
     EXPECT_LT(in_place.builds, conversions / 3) << "of " << conversions << " conversions";
     expect_same(in_place, by_lists);
   }
+}
+
+// DEs have IDs above those of all atoms before: the array of LAMMPS' map grows for them, and nobody reneighbours for that.
+TEST(InPlace, IdsBeyondTheMap)
+{
+  Scene scene;
+  scene.map = "array";
+  const Block block = scene.block();
+  Lammps lmp(MPI_COMM_WORLD);
+  lmp.commands(block.header() + scene.header() + block.box() + block.fix() + block.mesh() +
+               "create_hexes fe glass 1 x 0.13 5 0.14 y 0 10 0.02 z 0 2 0.004\n" + block.motion());
+  bend_across(lmp, block);
+  int steps = 0;
+  for (; steps < last && lmp.fe(DES) == 0.0; steps += 5) lmp.run(5);
+  tagint mine = 0, highest = 0;
+  for (int i = 0; i < lmp->atom->nlocal; ++i) mine = std::max(mine, lmp->atom->tag[i]);
+  MPI_Allreduce(&mine, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, MPI_COMM_WORLD);
+  lmp->atom->map_tag_max = highest;
+  lmp.run(last - steps);
+  EXPECT_GT(lmp->atom->map_tag_max, highest) << "a poor example";
+  EXPECT_EQ(lmp->neighbor->ncalls, 0);
+  for (int i = 0; i < lmp->atom->nlocal; ++i) EXPECT_EQ(lmp->atom->map(lmp->atom->tag[i]), i);
 }
 
 // A beam upon the border of two ranks, or of a periodic box: what converts there is sent to others by reneighbouring.
