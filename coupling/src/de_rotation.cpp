@@ -1,13 +1,11 @@
 #include "defe/coupling/de_rotation.h"
 
 #include "defe/simd.h"
-#include "defe/triples.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 namespace defe {
 
@@ -68,32 +66,6 @@ namespace {
     }
   };
 
-  /// Reads vectors of some DEs; the lanes that are left repeat the first.
-  class Gathered {
-   public:
-    DEFE_INLINE Gathered(int n, const CrackEnd *end)
-    {
-      for (int l = 0; l < lanes; ++l) of[l] = end + (l < n ? l : 0);
-    }
-    /// Of joint s, 0 where a DE has none.
-    DEFE_INLINE void present(int s, const Vec3 *CrackEnd::*which, Pack v[3]) const
-    {
-      double here[lanes], to[3][lanes];
-      const double *from[lanes];
-      for (int l = 0; l < lanes; ++l) {
-        here[l] = of[l]->present >> s & 1u;
-        from[l] = (of[l]->*which)[s].data();
-      }
-      for (int l = 0; l < lanes; l += 4)
-        simd::FourTriples(from + l).store_scaled(here + l, to[0] + l, to[1] + l, to[2] + l);
-      for (int i = 0; i < 3; ++i) std::memcpy(&v[i], to[i], sizeof(Pack));
-    }
-
-   private:
-    static constexpr int lanes = std::max(simd::width, 4);
-    const CrackEnd *of[lanes];
-  };
-
   /// Of some DEs, one per lane.
   struct Lanes {
     Pack A[3][3], size;    // sum y dX^T over its norm
@@ -102,14 +74,24 @@ namespace {
 
     Lanes(int n, const CrackEnd *end)
     {
-      const Gathered vectors(n, end);
+      const auto of = [&](const auto &value) {
+        return simd::generate([&](int l) {
+          return value(end[l < n ? l : 0]);
+        });
+      };
       Symmetric P{}, now{}, unit{};    // sum dX dX^T, sum y y^T, and that of the directions of dX
       for (auto &row : A)
         for (Pack &a : row) a = Pack{};
       for (int s = 0; s < 6; ++s) {
         Pack X[3], y[3];
-        vectors.present(s, &CrackEnd::dX, X);
-        vectors.present(s, &CrackEnd::y, y);
+        for (int i = 0; i < 3; ++i) {
+          X[i] = of([=](const CrackEnd &e) {
+            return e.present >> s & 1u ? e.dX[s][i] : 0.0;
+          });
+          y[i] = of([=](const CrackEnd &e) {
+            return e.present >> s & 1u ? e.y[s][i] : 0.0;
+          });
+        }
         P.add_square(X);
         const Pack square = X[0] * X[0] + X[1] * X[1] + X[2] * X[2];
         unit.add_square(X, square > 0.0 ? 1.0 / square : Pack{});

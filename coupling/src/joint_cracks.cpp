@@ -1,5 +1,7 @@
 #include "defe/coupling/joint_cracks.h"
 
+#include "prefetch_vector.h"
+
 #include "defe/coupling/prefetch.h"
 
 #include <algorithm>
@@ -335,12 +337,16 @@ void JointCracks::know(const std::vector<int> &joints)
   constexpr size_t ahead = 4;
   for (size_t k = 0; k < n; ++k) {
     if (k + 2 * ahead < n) prefetch(&partner[known_des[k + 2 * ahead]]);
-    if (k + ahead < n)
-      for (int there : partner[known_des[k + ahead]])
+    if (k + ahead < n) {
+      const int next = known_des[k + ahead];
+      prefetch_vector(particles.at(jt.self[next]));
+      prefetch_vector(particles.omega + 3 * static_cast<std::ptrdiff_t>(jt.self[next]));
+      for (int there : partner[next])
         if (there >= 0) {
-          prefetch(X[there / 6].data());
-          prefetch(particles.at(jt.self[there / 6]));
+          prefetch_vector(X[there / 6].data());
+          prefetch_vector(particles.at(jt.self[there / 6]));
         }
+    }
     known_ends.push_back(end(known_des[k], known_vectors[k]));
   }
   de_rotations(static_cast<int>(n), known_ends.data(), known_turns.data());
@@ -424,13 +430,14 @@ Vec3 JointCracks::spin_of(int joint, double dt) const
 CrackForces JointCracks::advance(int joint, CrackJoint &law, const CohesiveParameters &par,
                                  double friction, double dt)
 {
-  const int there = other_end(joint);
-  const int i = jt.self[joint / 6], j = jt.self[there / 6];
-  const Vec3 y = particles.position(j) - particles.position(i);
+  const CrackEnd &near = known_end(joint / 6), &far = known_end(other_end(joint) / 6);
+  const int s = joint % 6;
+  const Vec3 y = near.y[s];
 
   // far apart, whatever the rotation
 
-  const CrackGeometry g = geometry(joint);
+  const JointRecord &slot = jt.record(joint);
+  const CrackGeometry g = {near.dX[s], slot.area * Vec3(slot.normal), {s, other_end(joint) % 6}};
   if (law.broken && y.norm() > 1.2 * g.d.norm()) {
     CrackForces out = open_plane();
     out.excess = law.stored;
@@ -438,8 +445,8 @@ CrackForces JointCracks::advance(int joint, CrackJoint &law, const CohesiveParam
     law.stored = 0.0;
     return out;
   }
-  return crack_update(law, g, known_end(joint / 6), known_end(there / 6), y, spin_of(joint, dt),
-                      moduli[jt.material[joint / 6]], par, friction);
+  return crack_update(law, g, near, far, y, spin_of(joint, dt), moduli[jt.material[joint / 6]], par,
+                      friction);
 }
 
 /// Of broken joints, after know(): those whose planes are open are computed, several at a time, and have no force.
@@ -504,7 +511,7 @@ void JointCracks::expect_resting(int joint) const
     if (known_turning[known_place[d]] >= 0.0) continue;
     for (int there : partner[d])
       if (there >= 0)
-        __builtin_prefetch(particles.v + 3 * static_cast<std::ptrdiff_t>(jt.self[there / 6]));
+        prefetch_vector(particles.v + 3 * static_cast<std::ptrdiff_t>(jt.self[there / 6]));
   }
 }
 

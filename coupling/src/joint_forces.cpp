@@ -2,6 +2,8 @@
 
 #include "defe/coupling/joint_states.h"
 
+#include "prefetch_vector.h"
+
 #include "defe/coupling/conversion.h"
 #include "defe/coupling/prefetch.h"
 #include "defe/triples.h"
@@ -251,8 +253,8 @@ namespace {
     const int nb = jt.nb[joint / 6][joint % 6];
     if (nb >= 0) return;
     for (int node : jt.tie_node[~nb]) {
-      __builtin_prefetch(particles.at(node));
-      __builtin_prefetch(particles.v + 3 * static_cast<std::ptrdiff_t>(node));
+      prefetch_vector(particles.at(node));
+      prefetch_vector(particles.v + 3 * static_cast<std::ptrdiff_t>(node));
     }
   }
 
@@ -269,6 +271,11 @@ void JointStates::soften(ForceSums &sums)
   find_awake();
   if (cracks_) leave_out_open();
   bool any_ended = false;
+  // another crack of this DE may have come to its end a moment ago
+  const auto elsewhere = [this](int d) {
+    const auto &moved = cracks_->moved();
+    return std::find(moved.begin(), moved.end(), d) != moved.end();
+  };
   for (std::size_t n = 0; n < awake.size(); ++n) {
     if (n + ahead < awake.size()) {
       const Softening &next = softening_list[awake[n + ahead]];
@@ -285,9 +292,8 @@ void JointStates::soften(ForceSums &sums)
     const int d = ds / 6, s = ds % 6;
     if (one.record->kind == joint::TIE)
       soften_tie(d, s, *one.soft, sums);
-    else if (one.crack)    // another one of this DE may have come to its end a moment ago
-      soften_crack(d, s, *one.soft, (cracks_->moved().empty() ? one.crack : cracks_->find(ds))->law,
-                   sums);
+    else if (one.crack)
+      soften_crack(d, s, *one.soft, (elsewhere(d) ? cracks_->find(ds) : one.crack)->law, sums);
     else
       soften_joint(d, s, *one.soft, sums);
     one.plane = one.record->plane;
