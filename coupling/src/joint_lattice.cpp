@@ -66,12 +66,23 @@ TiePoint::TiePoint(const Vec3 &de, const Vec3 face[4], TieSpot spot) : weight_(w
   y_ = point - de;
   normal_ = (face[2] - face[0]).cross(face[3] - face[1]).normalized();
   if (normal_.dot(y_) < 0.0) normal_ = -normal_;
-  Mat3 inertia = Mat3::Zero();
+  // of the four nodes, and its inverse by the adjugate: both are symmetric
+  double xx = 0.0, yy = 0.0, zz = 0.0, xy = 0.0, xz = 0.0, yz = 0.0;
   for (int a = 0; a < 4; a++) {
-    arm_[a] = face[a] - middle;
-    inertia += arm_[a].squaredNorm() * Mat3::Identity() - arm_[a] * arm_[a].transpose();
+    const Vec3 r = arm_[a] = face[a] - middle;
+    const double square = r.squaredNorm();
+    xx += square - r[0] * r[0];
+    yy += square - r[1] * r[1];
+    zz += square - r[2] * r[2];
+    xy -= r[0] * r[1];
+    xz -= r[0] * r[2];
+    yz -= r[1] * r[2];
   }
-  inertia_inverse_ = inertia.inverse();
+  const double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
+  const double by = 1.0 / (cxx * xx + cxy * xy + cxz * xz);
+  const double ixy = cxy * by, ixz = cxz * by, iyz = (xy * xz - xx * yz) * by;
+  inertia_inverse_ << cxx * by, ixy, ixz, ixy, (xx * zz - xz * xz) * by, iyz, ixz, iyz,
+      (xx * yy - xy * xy) * by;
 }
 
 Vec3 TiePoint::slide(const Vec3 &de, const Vec3 face[4]) const
