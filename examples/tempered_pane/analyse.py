@@ -108,6 +108,11 @@ def cells_of(cut, size, closed=False, left_out=None):
     return np.unique([root(k) for k in range(size * size)], return_inverse=True)[1].reshape(size, size)
 
 
+def inside_of(cut, cell):
+    """Which cut joints (joints, 2, 2) have the same cell, (y, x), on both sides: they end inside of it, and part nothing."""
+    return cell[cut[:, 0, 1], cut[:, 0, 0]] == cell[cut[:, 1, 1], cut[:, 1, 0]]
+
+
 def near_cuts(cut, size, reach, closed=False):
     """Which of size x size DEs, (y, x), have their centre within `reach` (DEs) of the middle of one of these joints."""
     middle = cut.sum(axis=1)  # in halves of a DE; of a joint across the border it is half a DE behind the last one
@@ -160,24 +165,33 @@ def main(folder):
     layer = split * through // 2  # of the DEs beside the middle plane
 
     def cuts(kind, at):
-        """In one layer: places (along x, y) of both DEs, and the area of cracks by that of the pane if all layers had as much."""
-        place, share = cuts_of(events.of(kind), n, through, split, closed)
+        """In one layer: places (along x, y) of both DEs, the area of cracks that each joint stands for, by that of the pane, if all
+        layers had as much, and times (s)."""
+        cut = events.of(kind)
+        place, share = cuts_of(cut, n, through, split, closed)
         inside = np.all(place[:, :, 2] == at, axis=1)
-        return place[inside][:, :, :2], d * share[inside].sum() * THICKNESS / area
+        return place[inside][:, :, :2], d * share[inside] * THICKNESS / area, cut.time[inside]
+
+    def cells(place):
+        """Of a layer, and which are large enough to be counted."""
+        cell = cells_of(place - split * ring, split * (n - 2 * ring), closed)
+        return cell, np.bincount(cell.ravel()) * d**2 >= LEAST
 
     def squares(cracked):
         """In 50 x 50 mm, that straight cracks through the pane of this area would shut in."""
         return 2.5e-3 * (0.5 * cracked / THICKNESS) ** 2
 
-    place, softening = cuts("cohesive", layer)  # and broken ones
-    broken = cuts("broken", layer)[1]
-    cell = cells_of(place - split * ring, split * (n - 2 * ring), closed)
+    place, share, time = cuts("cohesive", layer)  # and broken ones
+    softening, broken = share.sum(), cuts("broken", layer)[1].sum()
+    cell, counted = cells(place)
     size = np.bincount(cell.ravel()) * d**2
-    counted = size >= LEAST
+    ends_inside = inside_of(place - split * ring, cell)
+    end = float(energies["time_us"][-1])
+    over_time = {f"{t:g}": int(cells(place[time <= 1e-6 * t])[1].sum()) for t in np.arange(2.0, end + 1e-9, 2.0)}
     beside = near_cuts(place - split * ring, split * (n - 2 * ring), 0.5 * NECK / d, closed)
     torn = cells_of(place - split * ring, split * (n - 2 * ring), closed, beside)
     torn = int((np.bincount(torn.ravel()) * d**2 >= LEAST).sum())
-    faces = [cuts("cohesive", k)[1] for k in (0, split * through - 1)]
+    faces = [cuts("cohesive", k)[1].sum() for k in (0, split * through - 1)]
     began = events.of("cohesive")
     away = nuclei_of(cuts_of(began, n, through, split, closed)[0], began.time, split * n, closed)
     took = (energies["fracture"][-1] + energies["released"][-1]) / area
@@ -200,6 +214,8 @@ def main(folder):
         "pieces_of_the_middle": int(counted.sum()),
         "pieces_of_the_middle_in_50_x_50_mm": round(int(counted.sum()) * 2.5e-3 / area, 1),
         "pieces_without_necks_in_50_x_50_mm": round(torn * 2.5e-3 / area, 1),
+        "pieces_of_the_middle_after_us": over_time,
+        "share_of_cracks_inside_of_pieces": round(float(share[ends_inside].sum() / softening), 3) if softening else None,
         "share_of_area_in_these_pieces": round(float(size[counted].sum()) / area, 3),
         "squares_in_50_x_50_mm": round(squares(broken), 1),
         "squares_of_softening_joints_too": round(squares(softening), 1),
@@ -215,7 +231,8 @@ def main(folder):
         f"  crack: {laminate.shown(s['crack_speed_m_s'])} m/s; {s['elements_converted']} elements converted, {s['joints_broken']} joints broken",
         f"  {s['nuclei']} of {s['joints_softened']} joints began to soften away from every crack",
         f"  pieces: {s['pieces']}; cells of the middle plane above 2 x 2 mm: {s['pieces_of_the_middle']}, which is "
-        f"{s['pieces_of_the_middle_in_50_x_50_mm']:.0f} in 50 x 50 mm",
+        f"{s['pieces_of_the_middle_in_50_x_50_mm']:.0f} in 50 x 50 mm; after " + ", ".join(f"{t} us {k}" for t, k in over_time.items()),
+        f"  cracks that end inside of a cell: {100 * (s['share_of_cracks_inside_of_pieces'] or 0):.0f} % of their length beside the middle plane",
         f"  {s['crack_area_by_pane_area']:.2f} times the area of the pane has cracked; as long cracks as beside the middle plane would "
         f"shut in {s['squares_in_50_x_50_mm']:.0f} squares in 50 x 50 mm, with those that soften {s['squares_of_softening_joints_too']:.0f}",
         f"  total energy: {s['energy_initial_J']:.6f} J at first, {s['energy_final_J']:.6f} J at last, "

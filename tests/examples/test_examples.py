@@ -220,6 +220,11 @@ class Example(unittest.TestCase):
         self.assertEqual(near.sum(), 4 * 6)
         self.assertEqual(count(neck, True, near), 24 + 2)
         np.testing.assert_array_equal(analyse.near_cuts(np.array([((0, 0), (1, 0))]), 6, 0.5)[0], [True] * 2 + [False] * 4)
+        # two cells; a crack of two joints ends inside of one of them
+        cut = np.array(line(2, whole) + line(5, whole) + line(0, (3, 4)))
+        cell = analyse.cells_of(cut, 6, True)
+        self.assertEqual(analyse.inside_of(cut, cell).tolist(), [False] * 12 + [True] * 2)
+        self.assertTrue(analyse.inside_of(np.array(line(2, whole)), analyse.cells_of(np.array(line(2, whole)), 6, True)).all())    # a ring parts nothing
 
     def tempered_nuclei(self):
         """Joints that begin away from cracks: no earlier one in a ring with them."""
