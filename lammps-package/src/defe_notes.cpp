@@ -315,7 +315,6 @@ void DefeNotes::say_all()
   strengths();
   laws();
   collecting();
-  fastest_waves();
   slender();
   bodies();
   untied();
@@ -353,13 +352,6 @@ void DefeNotes::strengths()
   }
 }
 
-/// Of joints that can break; null: there is none.
-const PairDefeJoint *DefeNotes::breaking_style() const
-{
-  const auto *pair = dynamic_cast<PairDefeJoint *>(force->pair_match("^defe/joint", 0));
-  return pair ? pair : dynamic_cast<PairDefeJoint *>(force->pair_match("^defe/cohesive", 0));
-}
-
 /* ----------------------------------------------------------------------
    joints judged by their own traction, whose strength depends on the direction in the mesh; and a weak shear that is
    asked for where the largest principal stress alone decides
@@ -367,7 +359,8 @@ const PairDefeJoint *DefeNotes::breaking_style() const
 
 void DefeNotes::laws()
 {
-  const auto *pair = breaking_style();
+  const auto *pair = dynamic_cast<PairDefeJoint *>(force->pair_match("^defe/joint", 0));
+  if (!pair) pair = dynamic_cast<PairDefeJoint *>(force->pair_match("^defe/cohesive", 0));
   if (!pair) return;
   for (const auto &p : sys.model.parts) {
     if (!p.convertible || (p.start.empty() && p.stress > sys.model.material_of(p).elastic().E))
@@ -424,30 +417,6 @@ void DefeNotes::collecting()
       "use collect {} or less",
       sys.model.collect, names.size() > 1 ? "parts" : "part", listed(names), waits, way, room,
       sys.marks.longest_window()));
-}
-
-/* ----------------------------------------------------------------------
-   Velocity Verlet makes the oscillations of the fastest waves of the lattice larger, the more the closer the time step is to the stable
-   one. At 0.46 of it radial cracks of a pane took any direction, at 0.68 those of the mesh (page of fix defe, "Time step").
-------------------------------------------------------------------------- */
-
-void DefeNotes::fastest_waves()
-{
-  constexpr double most = 0.6;
-  const double share = update->dt / sys.mesh.dt_joints();    // infinite: no DEs to come
-  const auto *pair = breaking_style();
-  if (!pair || share <= most || share >= 1.0) return;
-  std::vector<std::string> names;
-  for (const auto &p : sys.model.parts)
-    if (p.convertible && !(p.start.empty() && p.stress > sys.model.material_of(p).elastic().E) &&
-        pair->opening_law(p.type).by_cracks())
-      names.push_back(p.name);
-  if (names.empty()) return;
-  say(fmt::format("the timestep {:.4g} is {:.2f} of the stable one of joints, {:.4g}: the fastest "
-                  "oscillations of DEs are {:.2f} times as large as they should be, and cracks of "
-                  "{} {} may follow the lines of the mesh; use {:.2g} or less",
-                  update->dt, share, sys.mesh.dt_joints(), 1.0 / std::sqrt(1.0 - share * share),
-                  names.size() > 1 ? "parts" : "part", listed(names), most * sys.mesh.dt_joints()));
 }
 
 /* ----------------------------------------------------------------------

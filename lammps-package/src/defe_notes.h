@@ -14,8 +14,6 @@
 
 namespace LAMMPS_NS {
 
-class PairDefeJoint;
-
 /** Notes at the first run: what is allowed, but probably not intended. One line each, once. */
 class DefeNotes : protected DefeComponent {
  public:
@@ -28,11 +26,9 @@ class DefeNotes : protected DefeComponent {
  private:
   bool due = false;    // the mesh was made or has grown since the last run
   std::vector<std::string> said;
-  const PairDefeJoint *breaking_style() const;
   void strengths();
   void laws();
   void collecting();
-  void fastest_waves();
   void slender();
   void bodies();
   void balls(bool deformable);
