@@ -449,8 +449,6 @@ CrackForces JointCracks::advance(int joint, CrackJoint &law, const CohesiveParam
                       friction);
 }
 
-/// Of broken joints, after know(): those whose planes are open are computed, several at a time, and have no force.
-/// \return  for each one whether it was
 const std::vector<char> &JointCracks::advance_open(const std::vector<Broken> &joints, double dt)
 {
   constexpr size_t ahead = 8, lot = 64;
