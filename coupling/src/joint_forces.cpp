@@ -272,9 +272,12 @@ void JointStates::soften(ForceSums &sums)
   if (cracks_) leave_out_open();
   bool any_ended = false;
   // another crack of this DE may have come to its end a moment ago
-  const auto elsewhere = [this](int d) {
+  std::size_t seen = 0;    // of those that have moved: these are flagged
+  const auto elsewhere = [&](int d) {
     const auto &moved = cracks_->moved();
-    return std::find(moved.begin(), moved.end(), d) != moved.end();
+    if (seen < moved.size()) flagged.resize(jt.nall, 0);
+    for (; seen < moved.size(); ++seen) flagged[moved[seen]] = 1;
+    return seen > 0 && flagged[d] != 0;
   };
   for (std::size_t n = 0; n < awake.size(); ++n) {
     if (n + ahead < awake.size()) {
@@ -299,6 +302,7 @@ void JointStates::soften(ForceSums &sums)
     one.plane = one.record->plane;
     any_ended = any_ended || jt.state[ds] == joint::CONTACT;
   }
+  for (std::size_t k = 0; k < seen; ++k) flagged[cracks_->moved()[k]] = 0;
   if (any_ended) forget_ended();
 }
 

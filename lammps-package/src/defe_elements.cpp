@@ -368,12 +368,10 @@ void DefeElements::kernel_coords(const HexRecord &h, const int *idx, HexCoords &
 
 bool DefeElements::local_hex(const HexRecord &h, int anchor, int *idx) const
 {
-  const bool images = atom->nghost > 0;
   idx[0] = anchor;
   for (int a = 1; a < 8; a++) {
-    const int j = sys.ids.local_of(h.node[a]);
-    if (j < 0) return false;
-    idx[a] = (images && atom->sametag[j] >= 0) ? domain->closest_image(anchor, j) : j;
+    idx[a] = sys.ids.nearest_to(anchor, h.node[a]);
+    if (idx[a] < 0) return false;
   }
   return true;
 }

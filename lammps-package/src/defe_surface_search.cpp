@@ -13,7 +13,6 @@
 
 #include "atom.h"
 #include "comm.h"
-#include "domain.h"
 #include "error.h"
 #include "fix.h"
 #include "force.h"
@@ -174,11 +173,10 @@ void DefeSurfaceSearch::add_ghost_elements()
       idx[0] = anchor;
       bool complete = true;
       for (int a = 1; a < 8 && complete; a++) {
-        const int j = sys.ids.local_of(h.node[a]);
-        complete = j >= 0;
-        if (!complete) continue;
         // beside a ghost anchor the right image of a node may be missing: then this is another one
-        idx[a] = domain->closest_image(anchor, j);
+        idx[a] = sys.ids.nearest_to(anchor, h.node[a]);
+        complete = idx[a] >= 0;
+        if (!complete) continue;
         complete = (Vec3(sys.store.x_frame(idx[a])) - X).squaredNorm() < 1.01 * size * size;
       }
       // otherwise it is farther away than anything of mine can touch

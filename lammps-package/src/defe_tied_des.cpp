@@ -10,7 +10,6 @@
 
 #include "atom.h"
 #include "comm.h"
-#include "domain.h"
 #include "error.h"
 #include "update.h"
 
@@ -89,14 +88,14 @@ defe::TiedPlace DefeTiedDEs::place_of(List::const_iterator first, List::const_it
 
 int DefeTiedDEs::local_end(int i, tagint end) const
 {
-  const int j = sys.ids.local_of(end);
+  const int j = sys.ids.nearest_to(i, end);
   if (j < 0)
     error->one(FLERR,
                "Atom {}, which DE or node {} is tied to by a surface, is missing on proc {} at "
                "step {}: it was lost or deleted, or the communication cutoff is too small (raise "
                "it with comm_modify cutoff)",
                end, atom->tag[i], comm->me, update->ntimestep);
-  return domain->closest_image(i, j);
+  return j;
 }
 
 /* ----------------------------------------------------------------------

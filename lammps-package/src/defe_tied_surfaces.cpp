@@ -438,8 +438,8 @@ void DefeTiedSurfaces::build()
       const Kept &kept = (*of[i])[k];
       int node[Tie::most_nodes];
       for (int a = 0; a < kept.tie.nodes; a++) {
-        const int j = sys.ids.local_of(kept.node[a]);
-        if (j < 0)
+        node[a] = sys.ids.nearest_to(i, kept.node[a]);
+        if (node[a] < 0)
           error->one(
               FLERR,
               "Node {} of element {}, which is tied to element {}, is missing on proc {} at step "
@@ -447,7 +447,6 @@ void DefeTiedSurfaces::build()
               "it with comm_modify cutoff)",
               kept.node[a], a < 4 ? kept.a : kept.b, a < 4 ? kept.b : kept.a, comm->me,
               update->ntimestep);
-        node[a] = domain->closest_image(i, j);
       }
       tables.add(kept.tie, node);
       listed.emplace_back(i, static_cast<int>(k));
