@@ -325,11 +325,12 @@ def case_trace(r):
     return add_trace(r, "trace", beam(r, "trace", {"trace": "yes"}, steps=480 if r.quick else STEPS))
 
 
-def event(r, hexes):
-    """A bar that cracks beside a block of that many hexahedra."""
-    name = f"event{hexes}"
+def event(r, hexes, border=False):
+    """A bar that cracks beside a block of that many hexahedra; border: upon that of two ranks."""
+    name = f"event_border{hexes}" if border else f"event{hexes}"
     nx, ny, nz = block_size(r, hexes)
-    sample = r.lammps(name, INPUTS / "in.event", {"nx": nx, "ny": ny, "nz": nz, "out": r.out / "runs" / name})
+    variables = {"nx": nx, "ny": ny, "nz": nz, "out": r.out / "runs" / name, "border": "yes" if border else "no"}
+    sample = r.lammps(name, INPUTS / "in.event", variables, ranks=2 if border else 1)
     sample["hexes"] = nx * ny * nz
     return add_trace(r, name, sample)
 
@@ -427,6 +428,8 @@ CASES = {
     "event20000": lambda r: event(r, 20000),
     "event200000": lambda r: event(r, 200000),
     "event2000000": lambda r: event(r, 2000000),
+    "event_border200000": lambda r: event(r, 200000, True),
+    "event_border2000000": lambda r: event(r, 2000000, True),
     "plate_elastic": lambda r: plate(r, "plate_elastic", NO_CRACKS),
     "plate": lambda r: plate(r, "plate"),
     "plate_dem": lambda r: plate(r, "plate_dem", {"start": "all"}),
@@ -454,7 +457,7 @@ CASES = {
 ONCE_OR_TWICE = {"size2000000": 2, "bpm": 2, "plate": 2, "plate_ranks": 2, "plate_dem": 1, "plate_whole": 1, "plate_whole_slower": 1, "plate_whole_faster": 1,
                  "plate_whole_elastic": 1,
                  "plate_fine": 1, "plate_fine_elastic": 1, "plate_fine_dem": 1, "front": 1, "front_elastic": 1,
-                 "dem2000000": 2, "event2000000": 2}
+                 "dem2000000": 2, "event2000000": 2, "event_border2000000": 2}
 
 
 # ---- profiles -----------------------------------------------------------------------------------
@@ -699,6 +702,20 @@ def row_event_size(s):
     return lines
 
 
+BORDERS = ["event_border200000", "event_border2000000"]
+
+
+def row_event_border(s):
+    lines = []
+    for case in BORDERS:
+        traces = [t for t in s.of.get(case, []) if t]
+        cost = conversion_cost(traces)
+        if cost:
+            lines.append(Line(f"the same upon the border of two ranks, {grouped(traces[0]['hexes'])} hexes", "steps",
+                              [statistics.median(c for _, c, _ in cost)], 0.05, -1, "; ".join([f"{len(cost)} events"] + [w for w in [few_cores()] if w])))
+    return lines
+
+
 def row_plate(s):
     # how much breaks depends on the last digits once glass is crushed: three balls
     whole = [ratio for case in ("plate_whole_slower", "plate_whole", "plate_whole_faster") for ratio in s.ratios(case, "plate_whole_elastic")]
@@ -788,6 +805,7 @@ ROWS = {
     "laws": (row_laws, ["law_rings", "law_lattice", "law_dem_rings", "law_dem_lattice"]),
     "event": (row_event, ["trace"]),
     "event_size": (row_event_size, EVENTS),
+    "event_border": (row_event_border, BORDERS),
     "plate": (row_plate, ["plate_elastic", "plate", "plate_ranks", "plate_dem", "plate_whole_elastic", "plate_whole", "plate_whole_slower",
                           "plate_whole_faster", "plate_fine_elastic", "plate_fine", "plate_fine_dem"]),
     "front": (row_front, ["front_elastic", "front"]),

@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-ROWS = "kernels bricks general elastic dem adaptive two_clocks laws event event_size plate front ranks size dem_size peers".split()
+ROWS = "kernels bricks general elastic dem adaptive two_clocks laws event event_size event_border plate front ranks size dem_size peers".split()
 # where a machine may lack something: Google Benchmark, perf, a second clock, peers
 MAY_BE_SKIPPED = {"kernels", "kernels_avx2", "joint_kernels", "profile_elastic", "profile_adaptive", "profile_rebuild", "profile_dem", "two_clocks", "chute", "lulesh"}
 

@@ -286,6 +286,7 @@ void DefeConversion::convert_marked()
   const bigint nodes_gone = remove_converted(c);
   if (sys.in_place.going_on()) sys.in_place.make_room(static_cast<int>(c.births.size()));
   create_des(c);
+  if (sys.in_place.going_on()) sys.in_place.tell_others();
   const size_t converted = c.own.size();
   c = Draft();    // before LAMMPS moves atoms
   finish(static_cast<bigint>(converted), nodes_gone, static_cast<bigint>(born));
@@ -388,10 +389,15 @@ void DefeConversion::update_beside(const defe::ConversionPlan &plan)
     HexRecord &h = *b.hex[e];
     if (plan.converting(h.id)) return;
     const auto &idx = b.nodes(e);
+    bool bare = false;
     for (tagint &nb : h.nb) {
       const auto now = static_cast<tagint>(plan.behind_now(nb));
-      if (now != nb) sys.store.touch(idx[0]);
+      bare = bare || now != nb;
       nb = now;
+    }
+    if (bare) {
+      sys.store.touch(idx[0]);
+      sys.surface.element_beside(h);
     }
     if (b.convertible && sys.model.shield) add_shields(plan, h, idx);
   });
@@ -641,7 +647,7 @@ bigint DefeConversion::delete_nodes()
         for (const auto &face : t->faces)
           sys.ledger.friction += face.tangential.stored();    // let go
       const bool in_place = sys.in_place.going_on();
-      if (in_place) sys.in_place.remove(atom->tag[i]);
+      if (in_place) sys.in_place.remove(i);
       if (i != n - 1)
         atom->avec->copy(n - 1, i, 1);
       else

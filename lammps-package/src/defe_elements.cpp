@@ -85,8 +85,11 @@ bool DefeElements::repairable() const
 {
   const bool same_images = sys.in_place.going_on() ||
       (!domain->xperiodic && !domain->yperiodic && !domain->zperiodic);
-  return listed >= 0 && same_images &&
-      sys.store.changed().size() < static_cast<size_t>(atom->nlocal / 8);
+  if (listed < 0 || !same_images) return false;
+  const auto &changed = sys.store.changed();
+  return std::count_if(changed.begin(), changed.end(), [this](int i) {
+           return i < atom->nlocal;
+         }) < atom->nlocal / 8;
 }
 
 void DefeElements::list_all()
@@ -131,25 +134,35 @@ const HexRecord *DefeElements::list_of(int i)
 }
 
 /* ----------------------------------------------------------------------
-   elements with a node whose place has another atom now, or is that of a ghost, are listed anew, and those that begin
-   at the same atom
+   elements with a node whose place has another atom now, or is that of a ghost that is new, are listed anew, and those that begin
+   at the same atom. In place ghosts only move in memory.
 ------------------------------------------------------------------------- */
 
 void DefeElements::repair()
 {
   const int limit = MIN(listed, atom->nlocal);
-  auto places = sys.store.changed();
+  const bool same_ghosts = sys.in_place.going_on();
+  std::vector<int> places;
+  for (int i : sys.store.changed())
+    if (i < atom->nlocal) places.push_back(i);
   std::sort(places.begin(), places.end());
-  std::vector<int> anchors;    // atoms whose elements are listed anew
-  for (int i : places)
-    if (i < atom->nlocal) anchors.push_back(i);
-  for (const auto &b : all)
+  std::vector<int> anchors = places;    // atoms whose elements are listed anew
+  for (auto &b : all)
     b.for_blocks(places, limit, [&](int e) {
-      const auto &idx = b.nodes(e);
-      const bool other = std::any_of(idx.begin(), idx.end(), [&](int i) {
-        return i >= limit || sys.store.changed(i);
-      });
-      if (other && idx[0] < limit) anchors.push_back(idx[0]);
+      auto idx = b.nodes(e);
+      bool other = false, moved = false;
+      for (int &i : idx)
+        if (same_ghosts && i >= listed) {
+          const int now = sys.in_place.place_of_ghost(i);
+          other = other || now < 0;
+          moved = moved || now != i;
+          i = now;
+        } else
+          other = other || i >= limit || sys.store.changed(i);
+      if (other && idx[0] >= 0 && idx[0] < limit)
+        anchors.push_back(idx[0]);
+      else if (moved && !other)
+        b.renumber(e, idx);
     });
   std::sort(anchors.begin(), anchors.end());
   anchors.erase(std::unique(anchors.begin(), anchors.end()), anchors.end());

@@ -47,6 +47,11 @@ struct DefeBatch : defe::fe::ElementBatch {
     blocks.resize((size() + BLOCK - 1) / BLOCK);
     groups.resize((blocks.size() + GROUP - 1) / GROUP);
   }
+  void renumber(int e, const std::array<int, 8> &idx)
+  {
+    ElementBatch::renumber(e, idx);
+    cover(e);
+  }
   void clear()
   {
     ElementBatch::clear();

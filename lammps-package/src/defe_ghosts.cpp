@@ -172,6 +172,23 @@ void DefeGhosts::Positions::unpack_forward(int n, int first, const double *buf)
   }
 }
 
+void DefeGhosts::update_masses()
+{
+  Masses masses(atom);
+  forward(masses, 1);
+}
+
+int DefeGhosts::Masses::pack_forward(int n, const int *list, const double *, double *buf)
+{
+  for (int ii = 0; ii < n; ii++) buf[ii] = atom->rmass[list[ii]];
+  return n;
+}
+
+void DefeGhosts::Masses::unpack_forward(int n, int first, const double *buf)
+{
+  std::copy_n(buf, n, atom->rmass + first);
+}
+
 /* ----------------------------------------------------------------------
    messages, sent through the fix
 ------------------------------------------------------------------------- */

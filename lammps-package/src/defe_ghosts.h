@@ -64,6 +64,8 @@ class DefeGhosts : protected DefeComponent {
   void find_all_nodes();
   /** Current positions and velocities: LAMMPS does not send them on a reneighbouring step. */
   void update_positions();
+  /** Masses, which nodes lose as elements convert: LAMMPS sends them on a reneighbouring step only. */
+  void update_masses();
 
  private:
   double longest_provided =
@@ -78,6 +80,16 @@ class DefeGhosts : protected DefeComponent {
   void tell_of_mode();
   bool raise();
   bool longest_of_all(double &longest) const;
+
+  class Masses : public DefeMessage {
+   public:
+    explicit Masses(Atom *a) : atom(a) {}
+    int pack_forward(int n, const int *list, const double *shift, double *buf) override;
+    void unpack_forward(int n, int first, const double *buf) override;
+
+   private:
+    Atom *atom;
+  };
 
   class Positions : public DefeMessage {
    public:

@@ -7,16 +7,12 @@
 #include "defe_in_place.h"
 
 #include "defe_system.h"
+#include "lammps_protected.h"
 
-#include "atom.h"
 #include "atom_vec.h"
-#include "comm.h"
-#include "comm_brick.h"
 #include "domain.h"
 #include "fix.h"
-#include "memory.h"
 #include "modify.h"
-#include "neighbor.h"
 #include "update.h"
 
 #include <algorithm>
@@ -25,67 +21,11 @@
 #include <unordered_set>
 
 using namespace LAMMPS_NS;
+using namespace LAMMPS_NS::Protected;
+using defe::Vec3;
+using defe::fe::HexCoords;
 
-namespace {
-
-// members of LAMMPS' classes that are protected: it has no functions for single atoms that come and go
-
-struct Map : Atom {
-  /// For n atoms, the last of them with this ID, the same on all ranks. An array grows; a hash would have to be made anew.
-  static bool find_room(Atom *atom, Memory *memory, int n, tagint last)
-  {
-    if (atom->map_style != Atom::MAP_ARRAY)
-      return atom->*(&Map::map_nused) + n <= atom->*(&Map::map_nhash);
-    if (last <= atom->map_tag_max) return true;
-    if (last >= MAXSMALLINT) return false;
-    const int room = static_cast<int>(MIN(static_cast<bigint>(last) + last / 8, MAXSMALLINT - 1));
-    int *&array = atom->*(&Map::map_array);
-    memory->grow(array, room + 1, "atom:map_array");
-    std::fill(array + atom->map_tag_max + 1, array + room + 1, -1);
-    atom->map_tag_max = atom->*(&Map::map_maxarray) = room;
-    return true;
-  }
-  static void make_room(Atom *atom, Memory *memory, int n)
-  {
-    if (n <= atom->*(&Map::max_same)) return;
-    const int room = atom->*(&Map::max_same) = DefeInPlace::roomy(n);
-    memory->grow(atom->sametag, room, "atom:sametag");
-  }
-  static void remove(Atom *atom, tagint tag)
-  {
-    if (atom->map_style == Atom::MAP_ARRAY) {
-      atom->map_one(tag, -1);
-      return;
-    }
-    HashElem *const hash = atom->*(&Map::map_hash);
-    int *link = &(atom->*(&Map::map_bucket))[tag % atom->*(&Map::map_nbucket)];
-    while (*link >= 0 && hash[*link].global != tag) link = &hash[*link].next;
-    if (*link < 0) return;
-    const int entry = *link;
-    *link = hash[entry].next;
-    hash[entry].next = atom->*(&Map::map_free);
-    atom->*(&Map::map_free) = entry;
-    (atom->*(&Map::map_nused))--;
-  }
-};
-
-struct Lists : Neighbor {
-  static void make_room(Neighbor *neighbor, Memory *memory, int n)
-  {
-    if (n <= neighbor->*(&Lists::maxhold)) return;
-    neighbor->*(&Lists::maxhold) = n;
-    memory->grow(neighbor->*(&Lists::xhold), n, 3, "neigh:xhold");
-  }
-};
-
-struct Swaps : CommBrick {
-  static int count(const CommBrick *comm) { return comm->*(&Swaps::nswap); }
-  static int &first(CommBrick *comm, int swap) { return (comm->*(&Swaps::firstrecv))[swap]; }
-  static int sent(const CommBrick *comm, int swap) { return (comm->*(&Swaps::sendnum))[swap]; }
-  static int *list(CommBrick *comm, int swap) { return (comm->*(&Swaps::sendlist))[swap]; }
-};
-
-}    // namespace
+DefeInPlace::DefeInPlace(DefeSystem &system) : DefeComponent(system), swaps(system) {}
 
 /* ----------------------------------------------------------------------
    who else has something that a reneighbouring would have to make anew
@@ -103,12 +43,13 @@ void DefeInPlace::look_at_commands()
         (utils::strmatch(ifix->style, "^rigid") && !utils::strmatch(ifix->style, "small")))
       known++;
   }
-  const bool alone =
-      comm->nprocs == 1 && !domain->xperiodic && !domain->yperiodic && !domain->zperiodic;
-  allowed_ = sys.model.in_place && neighbor->nlist == 0 && neighbor->includegroup == 0 &&
-      neighbor->dist_check && !domain->box_change && modify->n_post_integrate == 1 &&
-      modify->n_pre_neighbor == known && modify->n_post_neighbor == 0 &&
-      atom->molecular == Atom::ATOMIC && atom->firstgroup < 0 &&
+  const bool periodic = domain->xperiodic || domain->yperiodic || domain->zperiodic;
+  const bool alone = comm->nprocs == 1 && !periodic;
+  // what leaves a periodic box is brought back by reneighbouring, with other last digits: it must not depend on the ranks when
+  allowed_ = sys.model.in_place && !(sys.model.reproducible && periodic) && neighbor->nlist == 0 &&
+      neighbor->includegroup == 0 && neighbor->dist_check && !domain->box_change &&
+      modify->n_post_integrate == 1 && modify->n_pre_neighbor == known &&
+      modify->n_post_neighbor == 0 && atom->molecular == Atom::ATOMIC && atom->firstgroup < 0 &&
       (alone || typeid(*comm) == typeid(CommBrick));
 }
 
@@ -167,25 +108,61 @@ bool DefeInPlace::possible()
 {
   gone_on.clear();
   if (!allowed_ || sys.census.des() == 0 || !sys.ghosts.enough()) return false;
-  tagint mine[3] = {0, 0, 0}, all[3];    // not here; elements; the last of them
+  tagint mine[4] = {0, 0, 0, 0}, all[4];    // not here; at a border; the last element; elements
   if (!hardly_moved()) mine[0] = 1;
-  int born = 0;
+  int births = 0;
   for (const auto &one : sys.elements.marked()) {
     const DefeBatch &b = sys.elements.batches()[one.first];
-    for (int i : b.nodes(one.second))
-      if (!away_from_borders(i, 0.0)) mine[0] = 1;
-    born += sys.model.parts[b.part()].split.des();
+    const auto &nodes = b.nodes(one.second);
+    if (!std::all_of(nodes.begin(), nodes.end(), [this](int i) {
+          return away_from_borders(i, 0.0);
+        })) {
+      mine[1] = 1;
+      if (!borders_can_change() || !births_stay(b, one.second)) mine[0] = 1;
+    }
+    births += sys.model.parts[b.part()].split.des();
     mine[2] = MAX(mine[2], b.hex[one.second]->id);
   }
-  mine[1] = static_cast<tagint>(sys.elements.marked().size());
+  mine[3] = static_cast<tagint>(sys.elements.marked().size());
   tagint count = 0;
-  MPI_Allreduce(&mine[1], &count, 1, MPI_LMP_TAGINT, MPI_SUM, world);
+  MPI_Allreduce(&mine[3], &count, 1, MPI_LMP_TAGINT, MPI_SUM, world);
   MPI_Allreduce(mine, all, 3, MPI_LMP_TAGINT, MPI_MAX, world);
   if (all[0]) return false;
+  at_border_ = all[1] != 0;
   const bigint last = sys.ids.highest_born(all[2], count);
-  int fits = last <= MAXTAGINT && Map::find_room(atom, memory, born, static_cast<tagint>(last));
+  int fits = last <= MAXTAGINT && Map::make_room(atom, memory, births, static_cast<tagint>(last));
   MPI_Allreduce(MPI_IN_PLACE, &fits, 1, MPI_INT, MPI_MIN, world);
   return fits != 0;
+}
+
+/* ----------------------------------------------------------------------
+   at a border
+------------------------------------------------------------------------- */
+
+/** Of whole sub-domains, side by side; where types are in collections by their sizes these are found anew with each list. */
+bool DefeInPlace::borders_can_change() const
+{
+  return typeid(*comm) == typeid(CommBrick) && comm->mode != Comm::MULTIOLD &&
+      (comm->mode == Comm::SINGLE || !neighbor->interval_collection_flag);
+}
+
+/** No DE of this element would be of another rank. */
+bool DefeInPlace::births_stay(const DefeBatch &b, int e) const
+{
+  HexCoords x, X;
+  sys.elements.coords(b.nodes(e).data(), x, X);
+  const auto &split = sys.model.parts[b.part()].split;
+  for (int place = 0; place < split.des(); place++) {
+    const Vec3 at = defe::place_of_de(x, place, split);
+    for (int d = 0; d < 3; d++) {
+      if (comm->procgrid[d] == 1) continue;    // a periodic border is wrapped around
+      const bool low = comm->myloc[d] > 0 || domain->periodicity[d];
+      const bool high = comm->myloc[d] < comm->procgrid[d] - 1 || domain->periodicity[d];
+      if (low && at[d] < domain->sublo[d]) return false;
+      if (high && at[d] >= domain->subhi[d]) return false;
+    }
+  }
+  return true;
 }
 
 /* ----------------------------------------------------------------------
@@ -215,18 +192,24 @@ void DefeInPlace::begin()
   see_again();
   listed = atom->nlocal;
   place_before.clear();
+  gone.clear();
+  born.clear();
 }
 
-void DefeInPlace::remove(tagint tag)
+void DefeInPlace::remove(int i)
 {
-  Map::remove(atom, tag);
+  Map::remove(atom, atom->tag[i]);
+  const auto before = place_before.find(i);
+  gone.insert(before == place_before.end() ? i : before->second);
+  if (before != place_before.end()) place_before.erase(before);
 }
 
 void DefeInPlace::moved(int from, int to)
 {
   const auto before = place_before.find(from);
-  place_before[to] = before == place_before.end() ? from : before->second;
-  if (before != place_before.end()) place_before.erase(from);
+  const int first = before == place_before.end() ? from : before->second;
+  if (before != place_before.end()) place_before.erase(before);
+  place_before[to] = first;
   atom->map_one(atom->tag[to], to);
   atom->sametag[to] = atom->sametag[from];
   std::copy_n(neighbor->get_xhold()[from], 3, neighbor->get_xhold()[to]);
@@ -236,15 +219,15 @@ void DefeInPlace::moved(int from, int to)
    ghosts follow the last local atom
 ------------------------------------------------------------------------- */
 
-void DefeInPlace::make_room(int born)
+void DefeInPlace::make_room(int births)
 {
-  const int all = MAX(listed, atom->nlocal + born) + atom->nghost;
+  const int all = MAX(listed, atom->nlocal + births) + atom->nghost;
   if (all > atom->nmax) atom->avec->grow(roomy(all));
-  Map::make_room(atom, memory, all);
+  Map::make_room_for_images(atom, memory, atom->nmax);
   Lists::make_room(neighbor, memory, atom->nmax);
-  shift_ = atom->nlocal + born - listed;
-  if (atom->nghost == 0) return;
-  shift_ghosts(shift_);
+  shift_ = atom->nlocal + births - listed;
+  if (at_border_) swaps.forget_ghosts(listed);
+  if (atom->nghost > 0) shift_ghosts(shift_);
   shift_messages(shift_);
 }
 
@@ -261,6 +244,9 @@ void DefeInPlace::shift_ghosts(int by)
     for (int i = end - 1; i >= listed; i--) move(i);
   else
     for (int i = listed; i < end; i++) move(i);
+
+  for (int i = end + by; i < end; i++) sys.store.touch(i);
+  if (at_border_) return;    // the map has none of them
 
   // the map knows of all atoms with one ID the first, and local ones are before ghosts
   std::unordered_set<int> owned;
@@ -288,10 +274,20 @@ void DefeInPlace::shift_messages(int by)
     for (int k = 0; k < Swaps::sent(brick, swap); k++)
       if (list[k] >= listed)
         list[k] += by;
+      else if (gone.count(list[k]))
+        list[k] = DefeBorderSwaps::GONE;
       else if (!place_now.empty() && place_now.count(list[k]))
         list[k] = place_now[list[k]];
     Swaps::first(brick, swap) += by;
   }
+}
+
+/** What has moved since LAMMPS last looked, twice: a DE's border, and what is beyond it. */
+void DefeInPlace::tell_others()
+{
+  if (!at_border_) return;
+  swaps.edit(born, 2.0 * MOVED * neighbor->skin);
+  sys.ghosts.update_masses();
 }
 
 /* ----------------------------------------------------------------------
@@ -316,8 +312,9 @@ void DefeInPlace::watch(int i)
 
 void DefeInPlace::add(int i)
 {
-  atom->map_tag_max = MAX(atom->map_tag_max, atom->tag[i]);    // of a hash; an array has the room
-  atom->map_one(atom->tag[i], i);
+  domain->remap(atom->x[i], atom->image[i]);
+  Map::set(atom, atom->tag[i], i);
   atom->sametag[i] = -1;
   std::copy_n(atom->x[i], 3, neighbor->get_xhold()[i]);
+  born.push_back(i);
 }

@@ -7,22 +7,25 @@
 #ifndef LMP_DEFE_IN_PLACE_H
 #define LMP_DEFE_IN_PLACE_H
 
+#include "defe_border_swaps.h"
 #include "defe_component.h"
 
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 namespace LAMMPS_NS {
 
 class Fix;
+struct DefeBatch;
 
 /** Conversions without a reneighbouring, which takes passes over all atoms while a few of them change. Atoms come and go between
     the local ones and the ghosts, and what LAMMPS knows by their indices follows: its map, its lists of what goes to other
-    ranks, its positions at the last reneighbouring. Only far from the borders of sub-domains, where no other rank knows
-    these atoms, and only if nobody has lists of neighbours. */
+    ranks, its positions at the last reneighbouring; near borders of sub-domains its ghosts, too (defe_border_swaps.h). Only if nobody
+    has lists of neighbours, and not if a DE would belong to another rank than its element. */
 class DefeInPlace : protected DefeComponent {
  public:
-  using DefeComponent::DefeComponent;
+  explicit DefeInPlace(DefeSystem &);
 
   /** Before a run. */
   void look_at_commands();
@@ -35,15 +38,23 @@ class DefeInPlace : protected DefeComponent {
 
   void begin();
   bool going_on() const { return going_on_; }
+  /** Something that converts is a ghost of some rank, or has images. */
+  bool at_border() const { return at_border_; }
   /** A node goes, while it is still at its place; and the last local atom has been copied to a place that is free now. */
-  void remove(tagint);
+  void remove(int i);
   void moved(int from, int to);
   /** Room for n atoms in arrays of them that grow with each conversion: growing is a pass over all atoms. */
   static int roomy(int n) { return n + n / 16; }
   /** All that go have gone: ghosts make room for so many DEs. */
   void make_room(int born);
-  void add(int i);                        // a DE, with its ID
-  int shift() const { return shift_; }    // of ghosts
+  void add(int i);    // a DE, with its ID
+  /** Where a ghost is now; -1: it has gone. */
+  int place_of_ghost(int before) const
+  {
+    return at_border_ ? swaps.place_of(before - listed) : before + shift_;
+  }
+  /** All DEs are there: other ranks learn of what has gone and come. */
+  void tell_others();
   /** Makes those of all fixes of this package anew. */
   void make_tables();
   /** While they are made: this node may be in contact from now on. */
@@ -55,16 +66,21 @@ class DefeInPlace : protected DefeComponent {
   double slack() const;
 
  private:
-  bool allowed_ = false, going_on_ = false;
+  DefeBorderSwaps swaps;
+  bool allowed_ = false, going_on_ = false, at_border_ = false;
   bool moved_too_far = false;
   std::vector<Fix *> ours;    // that have tables
   int listed = 0;             // local atoms before
   int shift_ = 0;
   std::unordered_map<int, int> place_before;    // of atoms that were moved, by where they are
+  std::unordered_set<int> gone;                 // places before
+  std::vector<int> born;
 
   std::vector<int> gone_on;    // have moved farther, where no other rank needs to know
   /** more: by so much farther; also from borders of the box. */
   bool away_from_borders(int i, double more) const;
+  bool borders_can_change() const;
+  bool births_stay(const DefeBatch &, int e) const;
   bool near_last_place(int i);
   void see_again();
   bool hardly_moved();

@@ -289,7 +289,14 @@ void DefeSurface::begin_conversion()
 
 void DefeSurface::elements_gone(const std::vector<defe::ConvertingHex> &all)
 {
-  if (search) search->gone = all;
+  if (!search) return;
+  search->gone = all;
+  search->beside.clear();
+}
+
+void DefeSurface::element_beside(const HexRecord &h)
+{
+  if (search) search->beside.emplace_back(h.node[0], h.id);
 }
 
 /* ----------------------------------------------------------------------

@@ -48,6 +48,8 @@ class DefeSurface : protected DefeComponent {
   void begin_conversion();
   /** The elements that convert in this step, by ID: what they shared nodes with they were not in contact with. */
   void elements_gone(const std::vector<defe::ConvertingHex> &);
+  /** Of this rank, with a face that one of them has left. */
+  void element_beside(const HexRecord &);
   /** Energy of balls on a quarter of an element's face that converts: the DE at that node takes it over, or the only one. */
   struct BallShare {
     tagint element, node, ball;

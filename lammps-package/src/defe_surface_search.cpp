@@ -26,7 +26,10 @@
 using namespace LAMMPS_NS;
 using defe::Vec3;
 
-DefeSurfaceSearch::DefeSurfaceSearch(DefeSystem &system) : DefeComponent(system), ties(system) {}
+DefeSurfaceSearch::DefeSurfaceSearch(DefeSystem &system) :
+    DefeComponent(system), ties(system), exposed(atom)
+{
+}
 
 void DefeSurfaceSearch::run(defe::SurfaceTables &tables)
 {
@@ -47,10 +50,11 @@ void DefeSurfaceSearch::run(defe::SurfaceTables &tables)
   ties.born_loose = force->pair_match("defe/contact", 1) != nullptr;
   gather_parts();
   const bool few = sys.in_place.going_on() && unnoticed;
-  if (few)
-    notice_around_gone();
-  else
+  if (!few)
     send_elements(sys.elements.exposed());
+  else if (sys.in_place.at_border())
+    send_beside();
+  if (few) notice_around_gone();
   gather_elements(few ? sys.elements.noticed() : sys.elements.exposed());
   gather_des();
   if (update->setupflag) search.forget();    // between two runs all may have changed
@@ -141,7 +145,7 @@ void DefeSurfaceSearch::gather_elements(const List &list)
 
 void DefeSurfaceSearch::send_elements(const List &list)
 {
-  exposed.ghosts.clear();
+  exposed.of_others.clear();
   if (!sys.ghosts.any()) return;
   auto &first = exposed.first;
   first.assign(atom->nlocal + 1, 0);
@@ -154,20 +158,53 @@ void DefeSurfaceSearch::send_elements(const List &list)
   exposed.own.resize(list.size());
   for (const auto &e : list)
     exposed.own[next[first_node(e)]++] = sys.elements.batches()[e.first].hex[e.second];
+  send_exposed();
+}
+
+void DefeSurfaceSearch::send_exposed()
+{
   const int rounds = sys.mesh.hexes_per_node();
   for (exposed.round = 0; exposed.round < rounds; exposed.round++)
     sys.ghosts.forward(exposed, MESSAGE_SIZE);
+  exposed.keep();
 }
+
+/* ----------------------------------------------------------------------
+   in place: what was sent before is still true, but for what has converted and what that has laid bare
+------------------------------------------------------------------------- */
+
+void DefeSurfaceSearch::send_beside()
+{
+  for (const auto &one : gone) exposed.forget(one);
+  auto &few = exposed.few;
+  few.clear();
+  for (const auto &one : beside) {
+    const int i = sys.ids.local_of(one.first);
+    if (i < 0 || i >= atom->nlocal) continue;
+    for (const auto &h : sys.store.hexes(i))
+      if (h.id == one.second) few[i].push_back(&h);
+  }
+  exposed.first.clear();
+  send_exposed();
+  few.clear();
+}
+
+/* ----------------------------------------------------------------------
+   as far as all of their nodes are here
+------------------------------------------------------------------------- */
 
 void DefeSurfaceSearch::add_ghost_elements()
 {
   ghost_idx.clear();
-  std::vector<int> anchors;
-  for (const auto &s : exposed.ghosts) anchors.push_back(s.first);
+  std::vector<std::pair<int, const std::vector<HexPod> *>> anchors;
+  for (const auto &one : exposed.of_others)
+    for (int i = sys.ids.local_of(one.first); i >= 0; i = atom->sametag[i])
+      if (i >= atom->nlocal) anchors.emplace_back(i, &one.second);
   std::sort(anchors.begin(), anchors.end());
   const double size = sys.mesh.max_diagonal();
-  for (int anchor : anchors)
-    for (const auto &h : exposed.ghosts[anchor]) {
+  for (const auto &one : anchors)
+    for (const auto &h : *one.second) {
+      const int anchor = one.first;
       const Vec3 X(sys.store.x_frame(anchor));
       std::array<int, 8> idx;
       idx[0] = anchor;
@@ -253,13 +290,6 @@ void DefeSurfaceSearch::notice_around_gone()
   sys.elements.notice_at(nodes);
   nodes_from(known);
   for (int i : nodes) sys.in_place.watch(i);
-
-  // ghosts have moved in memory
-  const int shift = sys.in_place.shift();
-  if (shift == 0 || exposed.ghosts.empty()) return;
-  decltype(exposed.ghosts) shifted;
-  for (auto &at : exposed.ghosts) shifted[at.first + shift] = std::move(at.second);
-  exposed.ghosts = std::move(shifted);
 }
 
 void DefeSurfaceSearch::add_nodes(const HexPod &h, std::vector<int> &nodes) const
@@ -278,15 +308,19 @@ const HexPod *DefeSurfaceSearch::Exposed::of_round(int i) const
 {
   if (i + 1 < static_cast<int>(first.size()))
     return first[i] + round < first[i + 1] ? own[first[i] + round] : nullptr;
-  const auto found = ghosts.find(i);
-  if (found == ghosts.end() || round >= static_cast<int>(found->second.size())) return nullptr;
+  const auto known = few.find(i);
+  if (known != few.end())
+    return round < static_cast<int>(known->second.size()) ? known->second[round] : nullptr;
+  const auto found = passing.find(i);
+  if (found == passing.end() || round >= static_cast<int>(found->second.size())) return nullptr;
   return &found->second[round];
 }
 
 int DefeSurfaceSearch::Exposed::pack_forward(int n, const int *list, const double *, double *buf)
 {
   int m = 1;
-  for (int ii = 0; ii < n; ii++) {
+  const bool none = first.empty() && few.empty() && passing.empty();
+  for (int ii = 0; ii < n && !none; ii++) {
     const HexPod *h = of_round(list[ii]);
     if (!h) continue;
     buf[m++] = ubuf(ii).d;
@@ -306,6 +340,40 @@ void DefeSurfaceSearch::Exposed::unpack_forward(int, int first, const double *bu
     HexPod h;
     memcpy(static_cast<void *>(&h), &buf[m], sizeof(HexPod));
     m += HEX_SIZE;
-    ghosts[i].push_back(h);
+    passing[i].push_back(h);
   }
+}
+
+/* ----------------------------------------------------------------------
+   a node may be here more than once, as ghosts on either side
+------------------------------------------------------------------------- */
+
+void DefeSurfaceSearch::Exposed::keep()
+{
+  for (const auto &at : passing) {
+    auto &list = of_others[atom->tag[at.first]];
+    for (const auto &h : at.second) {
+      const auto known = std::find_if(list.begin(), list.end(), [&h](const HexPod &one) {
+        return one.id == h.id;
+      });
+      if (known == list.end())
+        list.push_back(h);
+      else
+        *known = h;
+    }
+  }
+  passing.clear();
+}
+
+void DefeSurfaceSearch::Exposed::forget(const defe::ConvertingHex &gone)
+{
+  const auto at = of_others.find(static_cast<tagint>(gone.node[0]));
+  if (at == of_others.end()) return;
+  auto &list = at->second;
+  list.erase(std::remove_if(list.begin(), list.end(),
+                            [&gone](const HexPod &one) {
+                              return one.id == gone.id;
+                            }),
+             list.end());
+  if (list.empty()) of_others.erase(at);
 }

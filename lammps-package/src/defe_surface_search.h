@@ -34,6 +34,8 @@ class DefeSurfaceSearch : protected DefeComponent {
 
   std::vector<defe::ConvertingHex>
       gone;    // elements near this rank that converted in this step, by ID
+  /** And those of this rank beside them: first node, and ID. */
+  std::vector<std::pair<tagint, tagint>> beside;
 
   // most that goes per atom and round
   static constexpr int HEX_SIZE = doubles_of(sizeof(HexPod));
@@ -47,6 +49,8 @@ class DefeSurfaceSearch : protected DefeComponent {
   using List = std::vector<std::pair<int, int>>;    // as in DefeElements
   void gather_elements(const List &);
   void send_elements(const List &);
+  void send_beside();
+  void send_exposed();
   void add_ghost_elements();
   void add_element(const HexPod &, const int *idx);
   void keep_noticed();
@@ -75,16 +79,29 @@ class DefeSurfaceSearch : protected DefeComponent {
     DefeSystem &sys;
   } ties;
 
-  /** Exposed elements by first node: of this rank, and what ghosts have. */
+  /** Exposed elements by first node: what of this rank's goes to others, and what they have sent. */
   class Exposed : public DefeMessage {
    public:
-    std::vector<int> first;    // of each own atom, and the end: index into `own`
+    explicit Exposed(const Atom *const &a) : atom(a) {}
+    /** Of each own atom, and the end: index into `own`. */
+    std::vector<int> first;
     std::vector<const HexPod *> own;
-    std::unordered_map<int, std::vector<HexPod>> ghosts;
+    /** Or of a few atoms. */
+    std::unordered_map<int, std::vector<const HexPod *>> few;
+    /** Of others, by ID of the first node. */
+    std::unordered_map<tagint, std::vector<HexPod>> of_others;
+    void forget(const defe::ConvertingHex &);
+    /** What has come is theirs now. */
+    void keep();
+
     int round = 0;
-    const HexPod *of_round(int i) const;
     int pack_forward(int n, const int *list, const double *shift, double *buf) override;
     void unpack_forward(int n, int first, const double *buf) override;
+
+   private:
+    const Atom *const &atom;
+    std::unordered_map<int, std::vector<HexPod>> passing;    // by ghost: to go on to other ranks
+    const HexPod *of_round(int i) const;
   } exposed;
 };
 

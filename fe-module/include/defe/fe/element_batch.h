@@ -67,6 +67,8 @@ class ElementBatch {
            const HexCoords *stress_free = nullptr);
   /// The last element takes the place of element e.
   void remove(int e);
+  /// The nodes of element e have other indices.
+  void renumber(int e, const std::array<int, 8> &nodes) { node_[e] = nodes; }
   /// After the last one: gives back memory that is far too much. Bounds of new elements are 0.
   void finish();
 

@@ -1,0 +1,191 @@
+/* ----------------------------------------------------------------------
+   DEFE: adaptive finite elements to bonded discrete elements for LAMMPS
+   https://www.lammps.org/
+   This software is distributed under the GNU General Public License.
+------------------------------------------------------------------------- */
+
+#include "defe_border_swaps.h"
+
+#include "defe_system.h"
+#include "lammps_protected.h"
+
+#include "atom_vec.h"
+
+#include <algorithm>
+
+using namespace LAMMPS_NS;
+using namespace LAMMPS_NS::Protected;
+
+/* ----------------------------------------------------------------------
+   The order is that of CommBrick::borders(): the first two swaps of a dimension send what is here, with ghosts of the dimensions
+   before; later ones what has come with the two before.
+------------------------------------------------------------------------- */
+
+void DefeBorderSwaps::edit(const std::vector<int> &born, double wider)
+{
+  brick = static_cast<CommBrick *>(comm);
+  const int swaps = Swaps::count(brick);
+  ghosts = atom->nghost;
+  ghosts_came = 0;
+  gone.assign(ghosts, 0);
+  came.assign(swaps, {0, 0});
+  lists.assign(swaps, {});
+
+  int s = 0;
+  for (int dim = 0; dim < 3; dim++) {
+    int since = 0;    // of the ghosts that have come
+    for (int pair = 0; pair < Swaps::pairs(brick, dim); pair++) {
+      std::vector<int> candidates;
+      if (pair == 0) candidates = born;
+      for (int k = since; k < ghosts_came; k++) candidates.push_back(atom->nlocal + ghosts + k);
+      since = ghosts_came;
+      for (int back = 0; back < 2; back++, s++) {
+        std::vector<int> add;
+        if (pair < Swaps::pairs_sent(brick, dim, back))
+          for (int i : candidates) {
+            const double x = atom->x[i][dim];
+            const int type = atom->type[i];
+            if (x >= Swaps::low(brick, neighbor, s, type) - wider &&
+                x <= Swaps::high(brick, neighbor, s, type) + wider)
+              add.push_back(i);
+          }
+        exchange(s, dropped(s), add);
+      }
+    }
+  }
+  arrange();
+}
+
+/* ----------------------------------------------------------------------
+   entries of the list of a swap that have gone; the others stay in it
+------------------------------------------------------------------------- */
+
+std::vector<int> DefeBorderSwaps::dropped(int s) const
+{
+  std::vector<int> drop;
+  const int *list = Swaps::list(brick, s);
+  for (int k = 0; k < Swaps::sent(brick, s); k++) {
+    const int i = list[k];
+    if (i == GONE || (i >= atom->nlocal && gone[i - atom->nlocal])) drop.push_back(k);
+  }
+  return drop;
+}
+
+/* ----------------------------------------------------------------------
+   one swap; what comes is put behind all ghosts
+------------------------------------------------------------------------- */
+
+void DefeBorderSwaps::exchange(int s, const std::vector<int> &drop, std::vector<int> &add)
+{
+  auto &list = lists[s];
+  const int *before = Swaps::list(brick, s);
+  auto next = drop.begin();
+  for (int k = 0; k < Swaps::sent(brick, s); k++)
+    if (next != drop.end() && *next == k)
+      ++next;
+    else
+      list.push_back(before[k]);
+  list.insert(list.end(), add.begin(), add.end());
+
+  int out[2] = {static_cast<int>(drop.size()), static_cast<int>(add.size())}, in[2];
+  const int size = Swaps::size_of_atom(brick);
+  std::vector<double> sent(out[0] + static_cast<size_t>(size) * out[1] + 1), received;
+  int n = 0;
+  for (int k : drop) sent[n++] = ubuf(k).d;
+  n += atom->avec->pack_border_vel(out[1], add.data(), &sent[n], Swaps::across(brick, s),
+                                   Swaps::shift(brick, s));
+  if (Swaps::to(brick, s) == comm->me) {
+    std::copy_n(out, 2, in);
+    received.swap(sent);
+  } else {
+    const int to = Swaps::to(brick, s), from = Swaps::from(brick, s);
+    MPI_Sendrecv(out, 2, MPI_INT, to, 0, in, 2, MPI_INT, from, 0, world, MPI_STATUS_IGNORE);
+    const int most = in[0] + size * in[1];
+    received.resize(most + 1);
+    MPI_Request request;
+    if (most) MPI_Irecv(received.data(), most, MPI_DOUBLE, from, 0, world, &request);
+    if (n) MPI_Send(sent.data(), n, MPI_DOUBLE, to, 0, world);
+    if (most) MPI_Wait(&request, MPI_STATUS_IGNORE);
+  }
+
+  const int first = Swaps::first(brick, s) - atom->nlocal;
+  for (int k = 0; k < in[0]; k++) gone[first + static_cast<int>(ubuf(received[k]).i)] = 1;
+  came[s] = {ghosts_came, in[1]};
+  atom->avec->unpack_border_vel(in[1], atom->nlocal + ghosts + ghosts_came, &received[in[0]]);
+  ghosts_came += in[1];
+}
+
+/* ----------------------------------------------------------------------
+   the ghosts of a swap lie behind each other: those that have gone are closed up, those that have come are put behind the
+   others of their swap
+------------------------------------------------------------------------- */
+
+void DefeBorderSwaps::arrange()
+{
+  const int nlocal = atom->nlocal, end = nlocal + ghosts;
+  now.assign(ghosts + ghosts_came, -1);
+  int place = nlocal;
+  for (int s = 0; s < Swaps::count(brick); s++) {
+    const int first = place, before = Swaps::first(brick, s) - nlocal;
+    for (int g = before; g < before + Swaps::received(brick, s); g++)
+      if (!gone[g]) now[g] = place++;
+    for (int k = 0; k < came[s].count; k++) now[ghosts + came[s].first + k] = place++;
+    Swaps::set_received(brick, s, first, place - first);
+  }
+  for (int s = 0; s < Swaps::count(brick); s++) {
+    for (int &i : lists[s])
+      if (i >= nlocal) i = now[i - nlocal];
+    Swaps::set_sent(brick, s, lists[s]);
+  }
+  Swaps::make_room(brick);
+
+  std::vector<tagint> ids_gone;
+  for (int g = 0; g < ghosts; g++)
+    if (gone[g]) ids_gone.push_back(atom->tag[nlocal + g]);
+  const int aside = end + ghosts_came;
+  if (aside + ghosts_came > atom->nmax) atom->avec->grow(DefeInPlace::roomy(aside + ghosts_came));
+  for (int k = 0; k < ghosts_came; k++) atom->avec->copy(end + k, aside + k, 0);
+  // their order stays: who moves down takes a place that has been left by one that does so, too, and likewise up
+  for (int g = 0; g < ghosts; g++)
+    if (!gone[g] && now[g] < nlocal + g) atom->avec->copy(nlocal + g, now[g], 0);
+  for (int g = ghosts - 1; g >= 0; g--)
+    if (!gone[g] && now[g] > nlocal + g) atom->avec->copy(nlocal + g, now[g], 0);
+  for (int k = 0; k < ghosts_came; k++) atom->avec->copy(aside + k, now[ghosts + k], 0);
+  for (int i = place; i < end; i++) sys.store.touch(i);
+  atom->nghost = place - nlocal;
+  Map::make_room_for_images(atom, memory, atom->nmax);
+  enter_in_map(ids_gone);
+}
+
+/* ----------------------------------------------------------------------
+   LAMMPS' map knows of all atoms with one ID the first, local ones are before ghosts; from there it goes on in sametag
+------------------------------------------------------------------------- */
+
+void DefeBorderSwaps::forget_ghosts(int first)
+{
+  for (int i = first; i < first + atom->nghost; i++) {
+    const int known = atom->map(atom->tag[i]);
+    if (known >= first)
+      atom->map_one(atom->tag[i], -1);
+    else if (known >= 0)
+      atom->sametag[known] = -1;
+  }
+}
+
+void DefeBorderSwaps::enter_in_map(const std::vector<tagint> &ids_gone)
+{
+  Map::make_room_in_hash(atom, ghosts_came);
+  int *const sametag = atom->sametag;
+  for (int i = atom->nlocal + atom->nghost - 1; i >= atom->nlocal; i--) {
+    const int first = atom->map(atom->tag[i]);
+    if (first >= 0 && first < atom->nlocal) {
+      sametag[i] = sametag[first];
+      sametag[first] = i;
+    } else {
+      sametag[i] = first;
+      Map::set(atom, atom->tag[i], i);
+    }
+  }
+  for (tagint tag : ids_gone)
+    if (atom->map(tag) < 0) Map::remove(atom, tag);
+}
