@@ -10,18 +10,94 @@
 #include "lammps_protected.h"
 
 #include "atom_vec.h"
+#include "domain.h"
+#include "fix.h"
+#include "modify.h"
 
 #include <algorithm>
 
 using namespace LAMMPS_NS;
 using namespace LAMMPS_NS::Protected;
 
+static constexpr int EXCHANGE_ROOM =
+    1024;    // more than an atom without what fixes add, as in comm_brick.cpp
+
+/* ----------------------------------------------------------------------
+   as CommBrick::exchange(): dimension by dimension, to both sides, and those stay that lie in the sub-domain
+------------------------------------------------------------------------- */
+
+std::vector<double> DefeBorderSwaps::send_home(int first)
+{
+  const auto is_mine = [this](const double *x, int d) {
+    return x[d] >= domain->sublo[d] && x[d] < domain->subhi[d];
+  };
+  const auto is_other_ranks = [this, &is_mine](const double *x) {
+    for (int d = 0; d < 3; d++)
+      if (comm->procgrid[d] > 1 && !outermost(x[d], d) && !is_mine(x, d)) return true;
+    return false;
+  };
+
+  sys.store.update_maxexchange();
+  int most = atom->avec->maxexchange + EXCHANGE_ROOM;
+  for (const auto *ifix : modify->get_fix_list()) most += ifix->maxexchange;
+  std::vector<double> atoms;
+  for (int i = atom->nlocal - 1; i >= first; i--) {
+    if (!is_other_ranks(atom->x[i])) continue;
+    const size_t at = atoms.size();
+    atoms.resize(at + most);
+    atoms.resize(at + atom->avec->pack_exchange(i, &atoms[at]));
+    if (i < atom->nlocal - 1)
+      atom->avec->copy(atom->nlocal - 1, i, 1);
+    else
+      sys.store.forget(i);
+    atom->nlocal--;
+  }
+
+  for (int d = 0; d < 3; d++) {
+    if (comm->procgrid[d] == 1) continue;
+    std::vector<double> out, stay;
+    const auto sort = [&](const std::vector<double> &from, std::vector<double> *others) {
+      for (size_t m = 0; m < from.size();) {
+        const size_t end = m + static_cast<size_t>(from[m]);
+        const bool mine = is_mine(&from[m + 1], d) || outermost(from[m + 1 + d], d);
+        auto *const to = mine ? &stay : others;
+        if (to) to->insert(to->end(), from.begin() + m, from.begin() + end);
+        m = end;
+      }
+    };
+    sort(atoms, &out);
+    for (int back = 0; back < (comm->procgrid[d] > 2 ? 2 : 1); back++)
+      sort(pass_on(out, comm->procneigh[d][back], comm->procneigh[d][1 - back]), nullptr);
+    atoms = std::move(stay);
+  }
+  return atoms;
+}
+
+/** Beyond a border that no other rank is behind. */
+bool DefeBorderSwaps::outermost(double x, int d) const
+{
+  if (domain->periodicity[d]) return false;
+  return (x < domain->sublo[d] && comm->myloc[d] == 0) ||
+      (x >= domain->subhi[d] && comm->myloc[d] == comm->procgrid[d] - 1);
+}
+
+std::vector<double> DefeBorderSwaps::pass_on(const std::vector<double> &out, int to, int from) const
+{
+  const int n = static_cast<int>(out.size());
+  int coming = 0;
+  MPI_Sendrecv(&n, 1, MPI_INT, to, 0, &coming, 1, MPI_INT, from, 0, world, MPI_STATUS_IGNORE);
+  std::vector<double> in(coming);
+  MPI_Sendrecv(out.data(), n, MPI_DOUBLE, to, 0, in.data(), coming, MPI_DOUBLE, from, 0, world,
+               MPI_STATUS_IGNORE);
+  return in;
+}
+
 /* ----------------------------------------------------------------------
    The order is that of CommBrick::borders(): the first two swaps of a dimension send what is here, with ghosts of the dimensions
    before; later ones what has come with the two before.
 ------------------------------------------------------------------------- */
 
-void DefeBorderSwaps::edit(const std::vector<int> &born, double wider)
+void DefeBorderSwaps::edit(int born, double wider)
 {
   brick = static_cast<CommBrick *>(comm);
   const int swaps = Swaps::count(brick);
@@ -36,7 +112,7 @@ void DefeBorderSwaps::edit(const std::vector<int> &born, double wider)
     int since = 0;    // of the ghosts that have come
     for (int pair = 0; pair < Swaps::pairs(brick, dim); pair++) {
       std::vector<int> candidates;
-      if (pair == 0) candidates = born;
+      for (int i = born; i < atom->nlocal && pair == 0; i++) candidates.push_back(i);
       for (int k = since; k < ghosts_came; k++) candidates.push_back(atom->nlocal + ghosts + k);
       since = ghosts_came;
       for (int back = 0; back < 2; back++, s++) {

@@ -27,10 +27,13 @@ class DefeBorderSwaps : protected DefeComponent {
 
   /** Ghosts, from this index on, are about to move in memory: LAMMPS' map knows of none of them until edit() is done. */
   void forget_ghosts(int first);
-  /** \param born   local atoms that no list has yet, in order
+  /** Local atoms from index `first` on that belong to other ranks leave; what they have is sent there.
+      \return those of other ranks that belong to this one, as AtomVec::pack_exchange() packs them. Collective. */
+  std::vector<double> send_home(int first);
+  /** \param born   index of the first local atom that no list has yet
       \param wider  atoms may have moved by so much since lists were made: what is new is sent from as much farther
       Collective. */
-  void edit(const std::vector<int> &born, double wider);
+  void edit(int born, double wider);
   /** Index of a ghost that was there before, by its number; -1: it has gone. */
   int place_of(int ghost) const { return now[ghost]; }
 
@@ -45,6 +48,8 @@ class DefeBorderSwaps : protected DefeComponent {
   std::vector<std::vector<int>> lists;
   int ghosts = 0, ghosts_came = 0;
 
+  bool outermost(double x, int dim) const;
+  std::vector<double> pass_on(const std::vector<double> &, int to, int from) const;
   std::vector<int> dropped(int swap) const;
   void exchange(int swap, const std::vector<int> &drop, std::vector<int> &add);
   void arrange();

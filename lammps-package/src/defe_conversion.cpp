@@ -286,7 +286,7 @@ void DefeConversion::convert_marked()
   const bigint nodes_gone = remove_converted(c);
   if (sys.in_place.going_on()) sys.in_place.make_room(static_cast<int>(c.births.size()));
   create_des(c);
-  if (sys.in_place.going_on()) sys.in_place.tell_others();
+  if (sys.in_place.going_on()) sys.in_place.tell();
   const size_t converted = c.own.size();
   c = Draft();    // before LAMMPS moves atoms
   finish(static_cast<bigint>(converted), nodes_gone, static_cast<bigint>(born));
@@ -692,7 +692,6 @@ void DefeConversion::create_des(Draft &c)
     if (b.prestress) sys.prestress.set_de(i, *b.prestress);
     sys.tied_des.set_de(i, b.tied);
     take_ball_shares(i, c, element, b.node, p.split.des() == 1);
-    if (sys.in_place.going_on()) sys.in_place.add(i);
   }
 }
 

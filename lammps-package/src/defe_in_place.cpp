@@ -108,8 +108,10 @@ bool DefeInPlace::possible()
 {
   gone_on.clear();
   if (!allowed_ || sys.census.des() == 0 || !sys.ghosts.enough()) return false;
-  tagint mine[4] = {0, 0, 0, 0}, all[4];    // not here; at a border; the last element; elements
-  if (!hardly_moved()) mine[0] = 1;
+  enum { NOT_HERE, BORDER, LEAVING, THIN, LAST, COUNT };    // LAST, COUNT: of elements
+  tagint mine[COUNT + 1] = {0}, all[COUNT + 1];
+  if (!hardly_moved()) mine[NOT_HERE] = 1;
+  mine[THIN] = thin();
   int births = 0;
   for (const auto &one : sys.elements.marked()) {
     const DefeBatch &b = sys.elements.batches()[one.first];
@@ -117,19 +119,20 @@ bool DefeInPlace::possible()
     if (!std::all_of(nodes.begin(), nodes.end(), [this](int i) {
           return away_from_borders(i, 0.0);
         })) {
-      mine[1] = 1;
-      if (!borders_can_change() || !births_stay(b, one.second)) mine[0] = 1;
+      mine[BORDER] = 1;
+      if (!borders_can_change()) mine[NOT_HERE] = 1;
+      if (!births_stay(b, one.second)) mine[LEAVING] = 1;
     }
     births += sys.model.parts[b.part()].split.des();
-    mine[2] = MAX(mine[2], b.hex[one.second]->id);
+    mine[LAST] = MAX(mine[LAST], b.hex[one.second]->id);
   }
-  mine[3] = static_cast<tagint>(sys.elements.marked().size());
-  tagint count = 0;
-  MPI_Allreduce(&mine[3], &count, 1, MPI_LMP_TAGINT, MPI_SUM, world);
-  MPI_Allreduce(mine, all, 3, MPI_LMP_TAGINT, MPI_MAX, world);
-  if (all[0]) return false;
-  at_border_ = all[1] != 0;
-  const bigint last = sys.ids.highest_born(all[2], count);
+  mine[COUNT] = static_cast<tagint>(sys.elements.marked().size());
+  MPI_Allreduce(&mine[COUNT], &all[COUNT], 1, MPI_LMP_TAGINT, MPI_SUM, world);
+  MPI_Allreduce(mine, all, COUNT, MPI_LMP_TAGINT, MPI_MAX, world);
+  if (all[NOT_HERE] || (all[LEAVING] && all[THIN])) return false;
+  at_border_ = all[BORDER] != 0;
+  leaving = all[LEAVING] != 0;
+  const bigint last = sys.ids.highest_born(all[LAST], all[COUNT]);
   int fits = last <= MAXTAGINT && Map::make_room(atom, memory, births, static_cast<tagint>(last));
   MPI_Allreduce(MPI_IN_PLACE, &fits, 1, MPI_INT, MPI_MIN, world);
   return fits != 0;
@@ -165,6 +168,15 @@ bool DefeInPlace::births_stay(const DefeBatch &b, int e) const
   return true;
 }
 
+/** A DE, which may lie 3/4 of an element outside, may belong to a rank beyond the next one. */
+bool DefeInPlace::thin() const
+{
+  for (int d = 0; d < 3; d++)
+    if (comm->procgrid[d] > 1 && domain->subhi[d] - domain->sublo[d] < sys.mesh.max_diagonal())
+      return true;
+  return false;
+}
+
 /* ----------------------------------------------------------------------
    other ranks, and images of this one, know nothing of what happens farther inside than ghosts come from
 ------------------------------------------------------------------------- */
@@ -190,10 +202,9 @@ void DefeInPlace::begin()
 {
   going_on_ = true;
   see_again();
-  listed = atom->nlocal;
+  listed = ghosts_at = atom->nlocal;
   place_before.clear();
   gone.clear();
-  born.clear();
 }
 
 void DefeInPlace::remove(int i)
@@ -221,73 +232,107 @@ void DefeInPlace::moved(int from, int to)
 
 void DefeInPlace::make_room(int births)
 {
-  const int all = MAX(listed, atom->nlocal + births) + atom->nghost;
+  first_born = atom->nlocal;
+  update_messages();
+  if (at_border_) swaps.forget_ghosts(listed);
+  shift_ghosts(first_born + births);
+  if (!at_border_) shift_in_map();
+}
+
+void DefeInPlace::shift_ghosts(int to)
+{
+  const int by = to - ghosts_at, begin = ghosts_at, end = ghosts_at + atom->nghost;
+  const int all = MAX(begin, to) + atom->nghost;
   if (all > atom->nmax) atom->avec->grow(roomy(all));
   Map::make_room_for_images(atom, memory, atom->nmax);
   Lists::make_room(neighbor, memory, atom->nmax);
-  shift_ = atom->nlocal + births - listed;
-  if (at_border_) swaps.forget_ghosts(listed);
-  if (atom->nghost > 0) shift_ghosts(shift_);
-  shift_messages(shift_);
-}
-
-void DefeInPlace::shift_ghosts(int by)
-{
   if (by == 0) return;
+  ghosts_at = to;
   int *const sametag = atom->sametag;
   const auto move = [&](int i) {
     atom->avec->copy(i, i + by, 0);
     sametag[i + by] = sametag[i] < 0 ? -1 : sametag[i] + by;
   };
-  const int end = listed + atom->nghost;
   if (by > 0)
-    for (int i = end - 1; i >= listed; i--) move(i);
+    for (int i = end - 1; i >= begin; i--) move(i);
   else
-    for (int i = listed; i < end; i++) move(i);
-
+    for (int i = begin; i < end; i++) move(i);
   for (int i = end + by; i < end; i++) sys.store.touch(i);
-  if (at_border_) return;    // the map has none of them
 
-  // the map knows of all atoms with one ID the first, and local ones are before ghosts
+  auto *const brick = dynamic_cast<CommBrick *>(comm);
+  for (int swap = 0; brick && swap < Swaps::count(brick); swap++) {
+    int *const list = Swaps::list(brick, swap);
+    for (int k = 0; k < Swaps::sent(brick, swap); k++)
+      if (list[k] >= begin) list[k] += by;
+    Swaps::first(brick, swap) += by;
+  }
+}
+
+/** The map knows of all atoms with one ID the first, and local ones are before ghosts. */
+void DefeInPlace::shift_in_map()
+{
+  const int by = ghosts_at - listed;
+  if (by == 0) return;
   std::unordered_set<int> owned;
-  for (int i = end - 1 + by; i >= listed + by; i--) {
+  for (int i = ghosts_at + atom->nghost - 1; i >= ghosts_at; i--) {
     const int first = atom->map(atom->tag[i]);
     if (first >= 0 && first < atom->nlocal)
       owned.insert(first);
     else
       atom->map_one(atom->tag[i], i);
   }
-  for (int i : owned) sametag[i] += by;
+  for (int i : owned) atom->sametag[i] += by;
 }
 
 /* ----------------------------------------------------------------------
-   what goes to other ranks, and where that which comes from them goes
+   local atoms that go to other ranks, and are at other places now
 ------------------------------------------------------------------------- */
 
-void DefeInPlace::shift_messages(int by)
+void DefeInPlace::update_messages()
 {
   auto *const brick = dynamic_cast<CommBrick *>(comm);
+  if (!brick || (place_before.empty() && !at_border_)) return;
   std::unordered_map<int, int> place_now;
   for (const auto &one : place_before) place_now[one.second] = one.first;
-  for (int swap = 0; brick && swap < Swaps::count(brick); swap++) {
+  for (int i : gone) place_now[i] = DefeBorderSwaps::GONE;
+  if (place_now.empty()) return;
+  for (int swap = 0; swap < Swaps::count(brick); swap++) {
     int *const list = Swaps::list(brick, swap);
-    for (int k = 0; k < Swaps::sent(brick, swap); k++)
-      if (list[k] >= listed)
-        list[k] += by;
-      else if (gone.count(list[k]))
-        list[k] = DefeBorderSwaps::GONE;
-      else if (!place_now.empty() && place_now.count(list[k]))
-        list[k] = place_now[list[k]];
-    Swaps::first(brick, swap) += by;
+    for (int k = 0; k < Swaps::sent(brick, swap); k++) {
+      if (list[k] >= listed) continue;
+      const auto now = place_now.find(list[k]);
+      if (now != place_now.end()) list[k] = now->second;
+    }
   }
 }
 
-/** What has moved since LAMMPS last looked, twice: a DE's border, and what is beyond it. */
-void DefeInPlace::tell_others()
+/* ----------------------------------------------------------------------
+   all DEs are there
+------------------------------------------------------------------------- */
+
+void DefeInPlace::tell()
 {
+  for (int i = first_born; i < atom->nlocal; i++) domain->remap(atom->x[i], atom->image[i]);
+  if (leaving) take_in(swaps.send_home(first_born));
+  for (int i = first_born; i < atom->nlocal; i++) {
+    Map::set(atom, atom->tag[i], i);
+    atom->sametag[i] = -1;
+    std::copy_n(atom->x[i], 3, neighbor->get_xhold()[i]);
+  }
   if (!at_border_) return;
-  swaps.edit(born, 2.0 * MOVED * neighbor->skin);
+  // what has moved since LAMMPS last looked, twice: a DE's border, and what is beyond it
+  swaps.edit(first_born, 2.0 * MOVED * neighbor->skin);
   sys.ghosts.update_masses();
+}
+
+/** DEs of other ranks' elements. */
+void DefeInPlace::take_in(std::vector<double> &&atoms)
+{
+  int count = 0;
+  for (size_t m = 0; m < atoms.size(); m += static_cast<size_t>(atoms[m])) count++;
+  shift_ghosts(atom->nlocal + count);
+  Map::make_room_in_hash(atom, count);
+  for (size_t m = 0; m < atoms.size();) m += atom->avec->unpack_exchange(&atoms[m]);
 }
 
 /* ----------------------------------------------------------------------
@@ -308,13 +353,4 @@ void DefeInPlace::make_tables()
 void DefeInPlace::watch(int i)
 {
   if (i < atom->nlocal && !near_last_place(i)) moved_too_far = true;
-}
-
-void DefeInPlace::add(int i)
-{
-  domain->remap(atom->x[i], atom->image[i]);
-  Map::set(atom, atom->tag[i], i);
-  atom->sametag[i] = -1;
-  std::copy_n(atom->x[i], 3, neighbor->get_xhold()[i]);
-  born.push_back(i);
 }

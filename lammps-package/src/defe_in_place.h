@@ -21,8 +21,8 @@ struct DefeBatch;
 
 /** Conversions without a reneighbouring, which takes passes over all atoms while a few of them change. Atoms come and go between
     the local ones and the ghosts, and what LAMMPS knows by their indices follows: its map, its lists of what goes to other
-    ranks, its positions at the last reneighbouring; near borders of sub-domains its ghosts, too (defe_border_swaps.h). Only if nobody
-    has lists of neighbours, and not if a DE would belong to another rank than its element. */
+    ranks, its positions at the last reneighbouring; near borders of sub-domains its ghosts, too, and DEs go to the rank that they
+    belong to (defe_border_swaps.h). Only if nobody has lists of neighbours. */
 class DefeInPlace : protected DefeComponent {
  public:
   explicit DefeInPlace(DefeSystem &);
@@ -45,16 +45,15 @@ class DefeInPlace : protected DefeComponent {
   void moved(int from, int to);
   /** Room for n atoms in arrays of them that grow with each conversion: growing is a pass over all atoms. */
   static int roomy(int n) { return n + n / 16; }
-  /** All that go have gone: ghosts make room for so many DEs. */
-  void make_room(int born);
-  void add(int i);    // a DE, with its ID
+  /** All that go have gone: ghosts make room for so many DEs, which become the last local atoms. */
+  void make_room(int births);
+  /** They have: LAMMPS learns of them, and other ranks of what has gone and come. */
+  void tell();
   /** Where a ghost is now; -1: it has gone. */
   int place_of_ghost(int before) const
   {
-    return at_border_ ? swaps.place_of(before - listed) : before + shift_;
+    return at_border_ ? swaps.place_of(before - listed) : before + ghosts_at - listed;
   }
-  /** All DEs are there: other ranks learn of what has gone and come. */
-  void tell_others();
   /** Makes those of all fixes of this package anew. */
   void make_tables();
   /** While they are made: this node may be in contact from now on. */
@@ -68,24 +67,28 @@ class DefeInPlace : protected DefeComponent {
  private:
   DefeBorderSwaps swaps;
   bool allowed_ = false, going_on_ = false, at_border_ = false;
+  bool leaving = false;    // some DE belongs to another rank than its element
   bool moved_too_far = false;
-  std::vector<Fix *> ours;    // that have tables
-  int listed = 0;             // local atoms before
-  int shift_ = 0;
+  std::vector<Fix *> ours;                      // that have tables
+  int listed = 0;                               // local atoms before
+  int first_born = 0;                           // index of the first DE
+  int ghosts_at = 0;                            // of the first ghost, now
   std::unordered_map<int, int> place_before;    // of atoms that were moved, by where they are
   std::unordered_set<int> gone;                 // places before
-  std::vector<int> born;
 
   std::vector<int> gone_on;    // have moved farther, where no other rank needs to know
   /** more: by so much farther; also from borders of the box. */
   bool away_from_borders(int i, double more) const;
   bool borders_can_change() const;
   bool births_stay(const DefeBatch &, int e) const;
+  bool thin() const;
   bool near_last_place(int i);
   void see_again();
   bool hardly_moved();
-  void shift_ghosts(int by);
-  void shift_messages(int by);
+  void update_messages();
+  void shift_ghosts(int to);
+  void shift_in_map();
+  void take_in(std::vector<double> &&atoms);
 };
 
 }    // namespace LAMMPS_NS
