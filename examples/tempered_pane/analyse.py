@@ -221,6 +221,7 @@ def main(folder):
         "squares_of_softening_joints_too": round(squares(softening), 1),
         "fracture_J_m2": round(took, 2),
         "crack_area_by_pane_area": round(float(energies["fracture"][-1]) / (G_f * area), 3),
+        "taken_per_crack_area_J_m2": round(took * G_f * area / float(energies["fracture"][-1]), 2) if energies["fracture"][-1] > 0.0 else None,
         "crack_area_of_lower_middle_upper_layer": [round(float(a), 3) for a in (faces[0], softening, faces[1])],
         **summary.totals(log, energies),
     }
@@ -233,7 +234,7 @@ def main(folder):
         f"  pieces: {s['pieces']}; cells of the middle plane above 2 x 2 mm: {s['pieces_of_the_middle']}, which is "
         f"{s['pieces_of_the_middle_in_50_x_50_mm']:.0f} in 50 x 50 mm; after " + ", ".join(f"{t} us {k}" for t, k in over_time.items()),
         f"  cracks that end inside of a cell: {100 * (s['share_of_cracks_inside_of_pieces'] or 0):.0f} % of their length beside the middle plane",
-        f"  {s['crack_area_by_pane_area']:.2f} times the area of the pane has cracked; as long cracks as beside the middle plane would "
+        f"  {s['crack_area_by_pane_area']:.2f} times the area of the pane has cracked, with {laminate.shown(s['taken_per_crack_area_J_m2'])} J/m2; as long cracks as beside the middle plane would "
         f"shut in {s['squares_in_50_x_50_mm']:.0f} squares in 50 x 50 mm, with those that soften {s['squares_of_softening_joints_too']:.0f}",
         f"  total energy: {s['energy_initial_J']:.6f} J at first, {s['energy_final_J']:.6f} J at last, "
         f"largest rise {s['energy_rise_percent']:.4f} %",

@@ -20,8 +20,8 @@ case $variant in
   piece)
     side=${DEFE_SIDE:-0.016} edge=${DEFE_EDGE:-0.5e-3}
     dt=$("$DEFE_PYTHON" -c 'import sys; print(2.5e-5 * float(sys.argv[1]))' "$edge")
-    options=(-var sides periodic -var side "$side" -var edge "$edge" -var dt "$dt" -var strength 88e6 -var end 1.2e-5
-      -var element plain -var nuclei 176e6 -var branch 1.3)
+    options=(-var sides periodic -var side "$side" -var edge "$edge" -var dt "$dt" -var strength auto -var end 1.2e-5
+      -var element plain -var nuclei auto -var branch 1.3)
     ;;
   *) echo "example 'tempered_pane' has no variant '$variant': use fine, coarse or piece" >&2; exit 2 ;;
 esac

@@ -39,7 +39,21 @@ void DefeBatch::cover(int e)
   const auto ends = std::minmax_element(idx.begin(), idx.end());
   const Range its{*ends.first, *ends.second};
   cover(blocks, e / BLOCK, its);
+  chunks.resize(blocks.size());
+  if (chunks[e / BLOCK].known)
+    for (int i : idx) chunks[e / BLOCK].add(i);
   cover(groups, e / (BLOCK * GROUP), its);
+}
+
+const DefeBatch::Chunks &DefeBatch::chunks_of(size_t block) const
+{
+  Chunks &its = chunks[block];
+  if (its.known) return its;
+  its.known = true;
+  const int end = MIN(size(), static_cast<int>(block + 1) * BLOCK);
+  for (int e = static_cast<int>(block) * BLOCK; e < end; e++)
+    for (int i : nodes(e)) its.add(i);
+  return its;
 }
 
 void DefeBatch::cover(std::vector<Range> &ranges, size_t which, const Range &also)

@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <array>
 #include <climits>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -45,6 +46,7 @@ struct DefeBatch : defe::fe::ElementBatch {
     hex.pop_back();
     if (e < size()) cover(e);
     blocks.resize((size() + BLOCK - 1) / BLOCK);
+    chunks.resize(blocks.size());
     groups.resize((blocks.size() + GROUP - 1) / GROUP);
   }
   void renumber(int e, const std::array<int, 8> &idx)
@@ -57,17 +59,21 @@ struct DefeBatch : defe::fe::ElementBatch {
     ElementBatch::clear();
     hex.clear();
     blocks.clear();
+    chunks.clear();
     groups.clear();
   }
   /** All elements with a node at one of these places, in order, or from `limit` on, are among those that f gets, in order:
       blocks of elements that have none there are left out, and groups of such blocks. */
   template <class F> void for_blocks(const std::vector<int> &places, int limit, const F &f) const
   {
+    Chunks at;
+    for (int i : places) at.add(i);
     for (size_t g = 0; g < groups.size(); g++) {
       if (!may_have(groups[g], places, limit)) continue;
       const size_t last = MIN(blocks.size(), (g + 1) * GROUP);
       for (size_t k = g * GROUP; k < last; k++) {
         if (!may_have(blocks[k], places, limit)) continue;
+        if (blocks[k].last < limit && !chunks_of(k).meet(at)) continue;
         const int end = MIN(size(), static_cast<int>(k + 1) * BLOCK);
         for (int e = static_cast<int>(k) * BLOCK; e < end; e++) f(e);
       }
@@ -84,7 +90,25 @@ struct DefeBatch : defe::fe::ElementBatch {
     int first, last;
   };
   std::vector<Range> blocks, groups;    // of local indices of nodes, at least
-  void cover(int e);                    // element e is new at its place
+  /** Of local indices, of which 32 in a row are one: a range is as wide as a layer of the mesh. */
+  struct Chunks {
+    std::array<std::uint64_t, 16> bits{};    // one for every 1024th
+    bool known = false;
+    void add(int i)
+    {
+      const int bit = i >> 5 & 1023;
+      bits[bit >> 6] |= std::uint64_t(1) << (bit & 63);
+    }
+    bool meet(const Chunks &other) const
+    {
+      std::uint64_t both = 0;
+      for (size_t k = 0; k < bits.size(); k++) both |= bits[k] & other.bits[k];
+      return both != 0;
+    }
+  };
+  mutable std::vector<Chunks> chunks;    // of blocks, at least; of those that have been asked for
+  const Chunks &chunks_of(size_t block) const;
+  void cover(int e);    // element e is new at its place
   static void cover(std::vector<Range> &, size_t which, const Range &);
   bool may_have(const Range &, const std::vector<int> &places, int limit) const;
 };
