@@ -145,8 +145,9 @@ bool DefeInPlace::possible()
 /** Of whole sub-domains, side by side; where types are in collections by their sizes these are found anew with each list. */
 bool DefeInPlace::borders_can_change() const
 {
-  return typeid(*comm) == typeid(CommBrick) && comm->mode != Comm::MULTIOLD &&
-      (comm->mode == Comm::SINGLE || !neighbor->interval_collection_flag);
+  return typeid(*comm) == typeid(CommBrick) &&
+      (comm->mode == Comm::SINGLE ||
+       (comm->mode == Comm::MULTI && !neighbor->interval_collection_flag));
 }
 
 /** No DE of this element would be of another rank. */
