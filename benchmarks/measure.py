@@ -711,7 +711,7 @@ def row_event_border(s):
         traces = [t for t in s.of.get(case, []) if t]
         cost = conversion_cost(traces)
         if cost:
-            lines.append(Line(f"the same upon the border of two ranks, {grouped(traces[0]['hexes'])} hexes", "steps",
+            lines.append(Line(f"one conversion event upon the border of two ranks, {grouped(traces[0]['hexes'])} hexes: extra time in ordinary steps (median)", "steps",
                               [statistics.median(c for _, c, _ in cost)], 0.05, -1, "; ".join([f"{len(cost)} events"] + [w for w in [few_cores()] if w])))
     return lines
 
