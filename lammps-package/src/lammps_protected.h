@@ -6,8 +6,8 @@
 
 // Members of LAMMPS' classes that are protected: it has no functions for single atoms that come and go.
 
-#ifndef LMP_LAMMPS_PROTECTED_H
-#define LMP_LAMMPS_PROTECTED_H
+#ifndef LMP_DEFE_LAMMPS_PROTECTED_H
+#define LMP_DEFE_LAMMPS_PROTECTED_H
 
 #include "atom.h"
 #include "comm_brick.h"
