@@ -28,15 +28,6 @@ static constexpr int EXCHANGE_ROOM =
 
 std::vector<double> DefeBorderSwaps::send_home(int first)
 {
-  const auto is_mine = [this](const double *x, int d) {
-    return x[d] >= domain->sublo[d] && x[d] < domain->subhi[d];
-  };
-  const auto is_other_ranks = [this, &is_mine](const double *x) {
-    for (int d = 0; d < 3; d++)
-      if (comm->procgrid[d] > 1 && !outermost(x[d], d) && !is_mine(x, d)) return true;
-    return false;
-  };
-
   sys.store.update_maxexchange();
   int most = atom->avec->maxexchange + EXCHANGE_ROOM;
   for (const auto *ifix : modify->get_fix_list()) most += ifix->maxexchange;
@@ -59,8 +50,7 @@ std::vector<double> DefeBorderSwaps::send_home(int first)
     const auto sort = [&](const std::vector<double> &from, std::vector<double> *others) {
       for (size_t m = 0; m < from.size();) {
         const size_t end = m + static_cast<size_t>(from[m]);
-        const bool mine = is_mine(&from[m + 1], d) || outermost(from[m + 1 + d], d);
-        auto *const to = mine ? &stay : others;
+        auto *const to = is_mine(from[m + 1 + d], d) ? &stay : others;
         if (to) to->insert(to->end(), from.begin() + m, from.begin() + end);
         m = end;
       }
@@ -73,12 +63,19 @@ std::vector<double> DefeBorderSwaps::send_home(int first)
   return atoms;
 }
 
-/** Beyond a border that no other rank is behind. */
-bool DefeBorderSwaps::outermost(double x, int d) const
+/** In the sub-domain along this dimension, or beyond a border that no other rank is behind. */
+bool DefeBorderSwaps::is_mine(double x, int d) const
 {
-  if (domain->periodicity[d]) return false;
-  return (x < domain->sublo[d] && comm->myloc[d] == 0) ||
-      (x >= domain->subhi[d] && comm->myloc[d] == comm->procgrid[d] - 1);
+  const bool low = comm->myloc[d] > 0 || domain->periodicity[d];
+  const bool high = comm->myloc[d] < comm->procgrid[d] - 1 || domain->periodicity[d];
+  return !(low && x < domain->sublo[d]) && !(high && x >= domain->subhi[d]);
+}
+
+bool DefeBorderSwaps::is_other_ranks(const double *x) const
+{
+  for (int d = 0; d < 3; d++)    // with one rank a periodic border is wrapped around
+    if (comm->procgrid[d] > 1 && !is_mine(x[d], d)) return true;
+  return false;
 }
 
 std::vector<double> DefeBorderSwaps::pass_on(const std::vector<double> &out, int to, int from) const
@@ -125,7 +122,7 @@ void DefeBorderSwaps::edit(int born, double wider)
                 x <= Swaps::high(brick, neighbor, s, type) + wider)
               add.push_back(i);
           }
-        exchange(s, dropped(s), add);
+        exchange(s, add);
       }
     }
   }
@@ -133,62 +130,38 @@ void DefeBorderSwaps::edit(int born, double wider)
 }
 
 /* ----------------------------------------------------------------------
-   entries of the list of a swap that have gone; the others stay in it
+   one swap: entries of its list that have gone, and atoms that are new in it; what comes is put behind all ghosts
 ------------------------------------------------------------------------- */
 
-std::vector<int> DefeBorderSwaps::dropped(int s) const
-{
-  std::vector<int> drop;
-  const int *list = Swaps::list(brick, s);
-  for (int k = 0; k < Swaps::sent(brick, s); k++) {
-    const int i = list[k];
-    if (i == GONE || (i >= atom->nlocal && gone[i - atom->nlocal])) drop.push_back(k);
-  }
-  return drop;
-}
-
-/* ----------------------------------------------------------------------
-   one swap; what comes is put behind all ghosts
-------------------------------------------------------------------------- */
-
-void DefeBorderSwaps::exchange(int s, const std::vector<int> &drop, std::vector<int> &add)
+void DefeBorderSwaps::exchange(int s, std::vector<int> &add)
 {
   auto &list = lists[s];
-  const int *before = Swaps::list(brick, s);
-  auto next = drop.begin();
-  for (int k = 0; k < Swaps::sent(brick, s); k++)
-    if (next != drop.end() && *next == k)
-      ++next;
+  std::vector<double> message(2);    // how many have gone and are new, those, these
+  for (int k = 0; k < Swaps::sent(brick, s); k++) {
+    const int i = Swaps::list(brick, s)[k];
+    if (i == GONE || (i >= atom->nlocal && gone[i - atom->nlocal]))
+      message.push_back(ubuf(k).d);
     else
-      list.push_back(before[k]);
-  list.insert(list.end(), add.begin(), add.end());
-
-  int out[2] = {static_cast<int>(drop.size()), static_cast<int>(add.size())}, in[2];
-  const int size = Swaps::size_of_atom(brick);
-  std::vector<double> sent(out[0] + static_cast<size_t>(size) * out[1] + 1), received;
-  int n = 0;
-  for (int k : drop) sent[n++] = ubuf(k).d;
-  n += atom->avec->pack_border_vel(out[1], add.data(), &sent[n], Swaps::across(brick, s),
-                                   Swaps::shift(brick, s));
-  if (Swaps::to(brick, s) == comm->me) {
-    std::copy_n(out, 2, in);
-    received.swap(sent);
-  } else {
-    const int to = Swaps::to(brick, s), from = Swaps::from(brick, s);
-    MPI_Sendrecv(out, 2, MPI_INT, to, 0, in, 2, MPI_INT, from, 0, world, MPI_STATUS_IGNORE);
-    const int most = in[0] + size * in[1];
-    received.resize(most + 1);
-    MPI_Request request;
-    if (most) MPI_Irecv(received.data(), most, MPI_DOUBLE, from, 0, world, &request);
-    if (n) MPI_Send(sent.data(), n, MPI_DOUBLE, to, 0, world);
-    if (most) MPI_Wait(&request, MPI_STATUS_IGNORE);
+      list.push_back(i);
   }
+  list.insert(list.end(), add.begin(), add.end());
+  const size_t at = message.size();
+  message[0] = ubuf(static_cast<int>(at - 2)).d;
+  message[1] = ubuf(static_cast<int>(add.size())).d;
+  message.resize(at + add.size() * Swaps::size_of_atom(brick));
+  atom->avec->pack_border_vel(static_cast<int>(add.size()), add.data(), message.data() + at,
+                              Swaps::across(brick, s), Swaps::shift(brick, s));
+  if (Swaps::to(brick, s) != comm->me)
+    message = pass_on(message, Swaps::to(brick, s), Swaps::from(brick, s));
 
+  const int lost = static_cast<int>(ubuf(message[0]).i),
+            came_now = static_cast<int>(ubuf(message[1]).i);
   const int first = Swaps::first(brick, s) - atom->nlocal;
-  for (int k = 0; k < in[0]; k++) gone[first + static_cast<int>(ubuf(received[k]).i)] = 1;
-  came[s] = {ghosts_came, in[1]};
-  atom->avec->unpack_border_vel(in[1], atom->nlocal + ghosts + ghosts_came, &received[in[0]]);
-  ghosts_came += in[1];
+  for (int k = 0; k < lost; k++) gone[first + static_cast<int>(ubuf(message[2 + k]).i)] = 1;
+  came[s] = {ghosts_came, came_now};
+  atom->avec->unpack_border_vel(came_now, atom->nlocal + ghosts + ghosts_came,
+                                message.data() + 2 + lost);
+  ghosts_came += came_now;
 }
 
 /* ----------------------------------------------------------------------

@@ -30,6 +30,8 @@ class DefeBorderSwaps : protected DefeComponent {
   /** Local atoms from index `first` on that belong to other ranks leave; what they have is sent there.
       \return those of other ranks that belong to this one, as AtomVec::pack_exchange() packs them. Collective. */
   std::vector<double> send_home(int first);
+  /** Whether an atom at this place does. */
+  bool is_other_ranks(const double *x) const;
   /** \param born   index of the first local atom that no list has yet
       \param wider  atoms may have moved by so much since lists were made: what is new is sent from as much farther
       Collective. */
@@ -48,10 +50,9 @@ class DefeBorderSwaps : protected DefeComponent {
   std::vector<std::vector<int>> lists;
   int ghosts = 0, ghosts_came = 0;
 
-  bool outermost(double x, int dim) const;
+  bool is_mine(double x, int dim) const;
   std::vector<double> pass_on(const std::vector<double> &, int to, int from) const;
-  std::vector<int> dropped(int swap) const;
-  void exchange(int swap, const std::vector<int> &drop, std::vector<int> &add);
+  void exchange(int swap, std::vector<int> &add);
   void arrange();
   void enter_in_map(const std::vector<tagint> &ids_gone);
 };

@@ -5,6 +5,7 @@
 ------------------------------------------------------------------------- */
 
 #include "defe_system.h"
+#include "lammps_protected.h"
 #include "rendezvous.h"
 
 #include "atom.h"
@@ -228,14 +229,6 @@ bool DefeIds::natoms_changed() const
    It has a number for each local atom, and by array a place for each ID.
 ------------------------------------------------------------------------- */
 
-namespace {
-
-struct MapOfAtoms : Atom {    // for a member that is protected
-  static int room(const Atom *atom) { return atom->*(&MapOfAtoms::max_same); }
-};
-
-}    // namespace
-
 void DefeIds::make_room_in_map(int born)
 {
   tagint mine = 0, highest = 0;
@@ -247,5 +240,5 @@ void DefeIds::make_room_in_map(int born)
     atom->map_tag_max = array && ahead < MAXSMALLINT ? ahead : highest;
     if (array) atom->map_init(0);
   }
-  if (atom->nlocal > MapOfAtoms::room(atom)) atom->map_set();
+  if (atom->nlocal > Protected::Map::room_for_images(atom)) atom->map_set();
 }

@@ -156,16 +156,8 @@ bool DefeInPlace::births_stay(const DefeBatch &b, int e) const
   HexCoords x, X;
   sys.elements.coords(b.nodes(e).data(), x, X);
   const auto &split = sys.model.parts[b.part()].split;
-  for (int place = 0; place < split.des(); place++) {
-    const Vec3 at = defe::place_of_de(x, place, split);
-    for (int d = 0; d < 3; d++) {
-      if (comm->procgrid[d] == 1) continue;    // a periodic border is wrapped around
-      const bool low = comm->myloc[d] > 0 || domain->periodicity[d];
-      const bool high = comm->myloc[d] < comm->procgrid[d] - 1 || domain->periodicity[d];
-      if (low && at[d] < domain->sublo[d]) return false;
-      if (high && at[d] >= domain->subhi[d]) return false;
-    }
-  }
+  for (int place = 0; place < split.des(); place++)
+    if (swaps.is_other_ranks(defe::place_of_de(x, place, split).data())) return false;
   return true;
 }
 
@@ -208,19 +200,25 @@ void DefeInPlace::begin()
   gone.clear();
 }
 
+/** Of the atom that is at this place now. */
+int DefeInPlace::take_place_before(int i)
+{
+  const auto before = place_before.find(i);
+  if (before == place_before.end()) return i;
+  const int place = before->second;
+  place_before.erase(before);
+  return place;
+}
+
 void DefeInPlace::remove(int i)
 {
   Map::remove(atom, atom->tag[i]);
-  const auto before = place_before.find(i);
-  gone.insert(before == place_before.end() ? i : before->second);
-  if (before != place_before.end()) place_before.erase(before);
+  gone.insert(take_place_before(i));
 }
 
 void DefeInPlace::moved(int from, int to)
 {
-  const auto before = place_before.find(from);
-  const int first = before == place_before.end() ? from : before->second;
-  if (before != place_before.end()) place_before.erase(before);
+  const int first = take_place_before(from);
   place_before[to] = first;
   atom->map_one(atom->tag[to], to);
   atom->sametag[to] = atom->sametag[from];

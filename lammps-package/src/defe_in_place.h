@@ -85,6 +85,7 @@ class DefeInPlace : protected DefeComponent {
   bool near_last_place(int i);
   void see_again();
   bool hardly_moved();
+  int take_place_before(int i);
   void update_messages();
   void shift_ghosts(int to);
   void shift_in_map();

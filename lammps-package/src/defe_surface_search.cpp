@@ -50,11 +50,11 @@ void DefeSurfaceSearch::run(defe::SurfaceTables &tables)
   ties.born_loose = force->pair_match("defe/contact", 1) != nullptr;
   gather_parts();
   const bool few = sys.in_place.going_on() && unnoticed;
-  if (!few)
+  if (few) {
+    if (sys.in_place.at_border()) send_beside();
+    notice_around_gone();
+  } else
     send_elements(sys.elements.exposed());
-  else if (sys.in_place.at_border())
-    send_beside();
-  if (few) notice_around_gone();
   gather_elements(few ? sys.elements.noticed() : sys.elements.exposed());
   gather_des();
   if (update->setupflag) search.forget();    // between two runs all may have changed

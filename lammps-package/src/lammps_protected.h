@@ -54,9 +54,10 @@ struct Map : Atom {
     hash = grown;
     atom->*(&Map::map_nhash) = room;
   }
+  static int room_for_images(const Atom *atom) { return atom->*(&Map::max_same); }
   static void make_room_for_images(Atom *atom, Memory *memory, int n)
   {
-    if (n <= atom->*(&Map::max_same)) return;
+    if (n <= room_for_images(atom)) return;
     atom->*(&Map::max_same) = n;
     memory->grow(atom->sametag, n, "atom:sametag");
   }
