@@ -43,14 +43,17 @@ namespace {
 
 // On modes, component c of mode m of a box couples only with others of the same block m xor 2^c:
 // reflecting the box in a plane through its centre changes the sign of some modes and of one
-// component, and K does not notice. So K falls apart into eight 3 x 3 blocks.
+// component, and K does not notice. So K falls apart into eight 3 x 3 blocks. Linear modes have uniform strain, whose stress does no
+// work on the others: for them it is the law of the material.
 struct BrickKernel::Data {
   CorotationalShape shape;
   double block[8][3][3];
   ElementType type;
+  double lambda_V, mu2_V;    // lambda and 2 mu times the volume
 
   Data(const HexCoords &X, const IsotropicElastic &material, ElementType type) :
-      shape(X, box_frame(X)), type(type)
+      shape(X, box_frame(X)), type(type), lambda_V(material.lambda() * volume(X)),
+      mu2_V(2.0 * material.mu() * volume(X))
   {
     const HexCoords local = box_frame(X).transpose() * X;
     const Eigen::Matrix<double, 24, 24> K = type == ElementType::enhanced
@@ -68,19 +71,26 @@ struct BrickKernel::Data {
         }
   }
 
+  DEFE_INLINE void set_stress(const Pack E[6], Pack VS[6]) const
+  {
+    const Pack mean = lambda_V * (E[0] + E[1] + E[2]);
+    for (int k = 0; k < 6; ++k) VS[k] = k < 3 ? mean + mu2_V * E[k] : mu2_V * E[k];
+  }
+
+  // The higher modes' part of the blocks, one by one: as loops over all of them compilers leave them rolled up, and modes in memory.
   DEFE_INLINE void apply(const Pack u[3][8], Pack p[3][8]) const
   {
-    for (int b = 0; b < 8; ++b)
-      for (int i = 0; i < 3; ++i) {
-        const int mi = b ^ (1 << i);
-        if (mi == 0) continue;    // no force on a translation, nor from one
-        Pack sum = Pack{};
-        for (int j = 0; j < 3; ++j) {
-          const int mj = b ^ (1 << j);
-          if (mj != 0) sum += block[b][i][j] * u[j][mj];
-        }
-        p[i][mi] = sum;
-      }
+    for (int c = 0; c < 3; ++c) {
+      const int i = (c + 1) % 3, j = (c + 2) % 3;
+      const auto &K = block[1 << c];    // modes c i and c j
+      const Pack ui = u[i][1 << c | 1 << i], uj = u[j][1 << c | 1 << j];
+      p[i][1 << c | 1 << i] = K[i][i] * ui + K[i][j] * uj;
+      p[j][1 << c | 1 << j] = K[j][i] * ui + K[j][j] * uj;
+      p[c][7] = block[7 ^ 1 << c][c][c] * u[c][7];
+    }
+    for (int i = 0; i < 3; ++i)
+      p[i][7 ^ 1 << i] =
+          block[7][i][0] * u[0][6] + block[7][i][1] * u[1][5] + block[7][i][2] * u[2][3];
   }
 };
 

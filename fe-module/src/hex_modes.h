@@ -66,6 +66,10 @@ struct LaneElements {
 struct LostElements {
   int first = -1;    ///< in the list, -1 = none
 
+  DEFE_INLINE void note(const LaneElements &elements, int start, int lane)
+  {
+    if (first < 0 && lane < elements.valid) first = start + lane;
+  }
   DEFE_INLINE void note(const LaneElements &elements, int start, const simd::Mask &lost)
   {
     if (first >= 0) return;
@@ -117,10 +121,24 @@ DEFE_INLINE void gather_modes(const LaneElements &elements, const double *vector
 /// f_a += g_a
 DEFE_INLINE void add_to_nodes(const LaneElements &elements, const Pack g[3][8], double *f)
 {
+  // Components 0 and 1 of even lanes and of odd lanes side by side: they are added together.
+  Pack xy[8][2];
+  for (int corner = 0; corner < 8; ++corner) {
+    const Pack &x = g[0][corner], &y = g[1][corner];
+    xy[corner][0] = simd::generate([&](int l) {
+      return l % 2 ? y[l - 1] : x[l];
+    });
+    xy[corner][1] = simd::generate([&](int l) {
+      return l % 2 ? y[l] : x[l + 1];
+    });
+  }
   for (int l = 0; l < elements.valid; ++l)
     for (int corner = 0; corner < 8; ++corner) {
       double *node = entry(f, elements.nodes[l][hex_corner_node[corner]]);
-      for (int i = 0; i < 3; ++i) node[i] += g[i][corner][l];
+      const double *both = reinterpret_cast<const double *>(&xy[corner][l % 2]) + l / 2 * 2;
+      const simd::Pair sum = simd::Pair::load(node) + simd::Pair::load(both);
+      sum.store(node);
+      node[2] += g[2][corner][l];
     }
 }
 
@@ -154,20 +172,6 @@ DEFE_INLINE void scatter_modes_exactly(const LaneElements &elements, int start, 
 DEFE_INLINE void store_lanes(const LaneElements &elements, const Pack &p, double *out)
 {
   for (int l = 0; l < elements.valid; ++l) out[l] = p[l];
-}
-
-/// Gradient by natural coordinates at a Gauss point of a field with modes v~: D[i][k] =
-/// 8 dv_i/dxi_k.
-DEFE_INLINE void gradient_at_gauss_point(const Pack v[3][8], int point, Pack D[3][3])
-{
-  constexpr double g = 0.57735026918962576451;    // 1/sqrt(3)
-  for (int k = 0; k < 3; ++k) {
-    const int a = (k + 1) % 3, b = (k + 2) % 3;
-    const double s = hex_sign[point][a] * g, t = hex_sign[point][b] * g;
-    const int m = 1 << k, ma = 1 << a, mb = 1 << b;
-    for (int i = 0; i < 3; ++i)
-      D[i][k] = v[i][m] + s * v[i][m | ma] + t * v[i][m | mb] + (s * t) * v[i][7];
-  }
 }
 
 /// stress_bound() of a symmetric tensor (xx yy zz xy xz yz).

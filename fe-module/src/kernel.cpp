@@ -30,18 +30,8 @@ Mat3 polar_rotation(const Mat3 &F)
 
 CorotationalShape::CorotationalShape(const HexCoords &X, const Mat3 &Q)
 {
-  const HexCoords local = Q.transpose() * (X.colwise() - X.col(0));
-  for (int point = 0; point < 9; ++point) {
-    const Vec3 xi = point < 8 ? gauss_points()[point] : Vec3::Zero();
-    const Mat3 inverse = jacobian(local, xi).inverse();
-    for (int k = 0; k < 3; ++k)
-      for (int j = 0; j < 3; ++j) G[point][k][j] = inverse(k, j) / 8.0;
-  }
-  for (int i = 0; i < 3; ++i)
-    for (int m = 0; m < 8; ++m) {
-      Y[i][m] = 0.0;
-      for (int a = 0; a < 8; ++a) Y[i][m] += hex_mode(m, a) * local(i, a);
-    }
+  const Mat3 inverse = jacobian(Q.transpose() * (X.colwise() - X.col(0)), Vec3::Zero()).inverse();
+  for (int k = 0; k < 3; ++k) G[k] = inverse(k, k) / 8.0;
 }
 
 CorotationalKernel::CorotationalKernel(const HexCoords &X, const IsotropicElastic &material,

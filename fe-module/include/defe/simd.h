@@ -63,7 +63,8 @@ DEFE_INLINE Pack max(const Pack &a, const Pack &b)
 
 DEFE_INLINE Pack abs(const Pack &a)
 {
-  return a < 0.0 ? -a : a;
+  return reinterpret_cast<Pack>(reinterpret_cast<Mask>(a) &
+                                0x7fffffffffffffffLL);    // all but the sign
 }
 
 DEFE_INLINE Pack sqrt(const Pack &a)
@@ -80,6 +81,21 @@ DEFE_INLINE Pack sqrt(const Pack &a)
   });
 #endif
 }
+
+/// Two numbers that lie side by side, wherever they are.
+struct Pair {
+  using Vector = double __attribute__((vector_size(2 * sizeof(double))));
+  using InMemory = double
+      __attribute__((vector_size(2 * sizeof(double)), aligned(sizeof(double)), may_alias));
+  Vector v;
+
+  static DEFE_INLINE Pair load(const double *from)
+  {
+    return {*reinterpret_cast<const InMemory *>(from)};
+  }
+  DEFE_INLINE void store(double *to) const { *reinterpret_cast<InMemory *>(to) = v; }
+  friend DEFE_INLINE Pair operator+(const Pair &a, const Pair &b) { return {a.v + b.v}; }
+};
 
 /// True if the condition holds in any lane.
 DEFE_INLINE bool any(const Mask &m)
