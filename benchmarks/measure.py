@@ -165,7 +165,7 @@ def block_size(runner, hexes):
 def block(runner, name, hexes, element_steps=10e6, ranks=1, mesh=None):
     nx, ny, nz = block_size(runner, hexes)
     n = nx * ny * nz
-    steps = 5 if runner.quick else max(5, round(element_steps / n))
+    steps = 5 if runner.quick else max(60, round(element_steps / n))    # a run begins and ends with a look at its energies
     variables = {"nx": nx, "ny": ny, "nz": nz, "steps": steps}
     if mesh:
         path = runner.out / "runs" / f"distorted.{nx}x{ny}x{nz}.data"

@@ -34,7 +34,14 @@ const defe::EntryValues &DefeAccount::values()
 {
   if (between_runs || step == update->ntimestep) return vector;
   step = update->ntimestep;
-  fill();
+  fill(true);
+  return vector;
+}
+
+const defe::EntryValues &DefeAccount::energies()
+{
+  if (between_runs || step == update->ntimestep) return vector;
+  fill(false);
   return vector;
 }
 
@@ -91,7 +98,7 @@ void DefeAccount::count_joints_and_motion(defe::EntryValues &mine)
 
 /* ---------------------------------------------------------------------- */
 
-void DefeAccount::fill()
+void DefeAccount::fill(bool with_stress)
 {
   struct Sums {
     defe::EntryValues entry{};
@@ -109,10 +116,12 @@ void DefeAccount::fill()
   sys.ledger.fill(mine.entry);
   mine.surface = sys.surface.energy();
   mine.gone = static_cast<double>(sys.census.gone());
-  const double s1 = sys.elements.largest_stress();
-  double s1_all;
   MPI_Allreduce(&mine, &all, entries::COUNT + 2, MPI_DOUBLE, MPI_SUM, world);
-  MPI_Allreduce(&s1, &s1_all, 1, MPI_DOUBLE, MPI_MAX, world);
+  double s1_all = -HUGE_VAL;
+  if (with_stress) {
+    const double s1 = sys.elements.largest_stress();
+    MPI_Allreduce(&s1, &s1_all, 1, MPI_DOUBLE, MPI_MAX, world);
+  }
 
   auto &w = vector;
   w = all.entry;

@@ -24,6 +24,8 @@ class DefeAccount : protected DefeComponent {
   using DefeComponent::DefeComponent;
   /** The values of this step, computed once; collective. */
   const defe::EntryValues &values();
+  /** The same without the largest stress (0), for which elements are looked at one by one. */
+  const defe::EntryValues &energies();
   double scalar();    // elastic energy of elements and surface contact
   void forget() { step = -1; }
   /** Between runs the values are those of the last one. */
@@ -43,7 +45,7 @@ class DefeAccount : protected DefeComponent {
   double surface_energy = 0.0;
   bigint step = -1;
   bool between_runs = false;    // and there was one
-  void fill();
+  void fill(bool with_stress);
   void first_times(double times[2]) const;
   void count_joints_and_motion(defe::EntryValues &);
 };

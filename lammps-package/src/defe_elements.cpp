@@ -552,18 +552,30 @@ double DefeElements::energy()
 
 double DefeElements::largest_stress() const
 {
-  double s1 = -1.0e300;
-  for (const auto &b : all) {
-    if (!b.convertible) continue;
-    // bounds of other criteria say nothing about it
-    const bool bounded = b.bound_weights == defe::fe::StressBound();
-    for (int e = 0; e < b.size(); e++) {
-      if (bounded && b.bound(e) <= s1) continue;
-      HexCoords x, X;
-      kernel_coords(*b.hex[e], b.nodes(e).data(), x, X);
-      s1 = MAX(s1, defe::fe::max_principal(b.kernel().stress(x, X, Vec3::Zero())));
-    }
-  }
+  // bounds of other criteria say nothing about it
+  const auto bounded = [](const DefeBatch &b) {
+    return b.bound_weights == defe::fe::StressBound();
+  };
+  const auto stress = [this](const DefeBatch &b, int e) {
+    HexCoords x, X;
+    kernel_coords(*b.hex[e], b.nodes(e).data(), x, X);
+    return defe::fe::max_principal(b.kernel().stress(x, X, Vec3::Zero()));
+  };
+  // the one with the highest bound first: of the others few can have more
+  const DefeBatch *highest = nullptr;
+  int first = 0;
+  for (const auto &b : all)
+    if (b.convertible && bounded(b))
+      for (int e = 0; e < b.size(); e++)
+        if (!highest || b.bound(e) > highest->bound(first)) {
+          highest = &b;
+          first = e;
+        }
+  double s1 = highest ? stress(*highest, first) : -1.0e300;
+  for (const auto &b : all)
+    if (b.convertible)
+      for (int e = 0; e < b.size(); e++)
+        if (!bounded(b) || !(b.bound(e) <= s1)) s1 = MAX(s1, stress(b, e));
   return s1;
 }
 

@@ -104,8 +104,7 @@ void DefeEnergyWatch::begin()
 {
   if (!on) return;
   sys.account.forget();
-  const auto &w = sys.account.values();
-  sys.account.forget();
+  const auto &w = sys.account.energies();
   const double balance = w[defe::entries::BALANCE];
   balance_start = balance_known ? balance_start + (balance - balance_last) : balance;
   balance_last = balance;
@@ -141,7 +140,7 @@ void DefeEnergyWatch::look()
 {
   sys.watch.rigid_elements();
   if (sys.model.energy_check == DefeModel::ENERGY_NO) return;
-  const auto &w = sys.account.values();
+  const auto &w = sys.account.energies();
   sys.account.forget();    // fixes may still change velocities in this step
   for (int k = 0; k < defe::entries::COUNT; k++)
     if (!std::isfinite(w[k]))

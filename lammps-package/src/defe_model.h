@@ -72,7 +72,8 @@ struct DefeModel {
   // overlaps that are there before the first step; of balls those that are deep are refused by default
   bool refuse_overlaps = false, ease_overlaps = false;
 
-  int collect = 1;         // steps of a window at the end of which elements convert; 0: DefeMarks::window()
+  // steps of a window at the end of which elements convert; 0: DefeMarks::window()
+  int collect = 1;
   bool in_place = true;    // conversions need no reneighbouring where that is possible
   bool shield = true;
   bool gauss_stress = false;
