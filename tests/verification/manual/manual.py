@@ -45,6 +45,7 @@ class Accept:
     certain: bool = True    # False: the source is not certain; shown, does not fail
     known: bool = False    # it is known not to be met, README.md says why; shown, does not fail
     digits: int = 3
+    fine: bool = False    # of --fine alone
 
     def bounds(self):
         if math.isfinite(self.target) and math.isfinite(self.tolerance):
@@ -167,9 +168,11 @@ def cases():
     return sorted(p.parent.name for p in HERE.glob("*/case.py"))
 
 
-def judge(module, values):
+def judge(module, values, fine):
     rows = []
     for a in module.ACCEPTANCE:
+        if a.fine and not fine:
+            continue
         value = values.get(a.quantity)
         rows.append({"quantity": a.quantity, "unit": a.unit, "here": value, "published": a.published(), "verdict": a.verdict(value),
                      "source": a.source, "certain": a.certain, "digits": a.digits})
@@ -391,7 +394,7 @@ def run_case(name, options):
     print(f"verify: {name}: {module.TITLE}", file=sys.stderr, flush=True)
     session = Session(name, options)
     before = children_seconds()
-    rows = judge(module, module.run(session))
+    rows = judge(module, module.run(session), options.fine)
     result = {"title": module.TITLE, "rows": rows, "shown": session.shown, "date": datetime.date.today().isoformat(), "fine": options.fine,
               "processor_seconds": children_seconds() - before, "loop_seconds": session.loops}
     session.path(RESULT).write_text(json.dumps(result, indent=1, default=float) + "\n")
