@@ -85,12 +85,14 @@ def run(s):
     for how in (RING, MOVED):
         defe.write_mesh(s.path(f"{how}.data"), piece.mesh(SIDE, COARSE, 0.2 if how == MOVED else 0.0))
 
-    def one(job):
+    def simulate(job):
         options = {"strength": strength_of(job.mpa), "nuclei": "auto", "branch": 1.3, **job.options}
         s.lammps(EXAMPLE / "in.tempered_pane", job.name, surface=1e6 * job.mpa, side=job.side, edge=job.edge, dt=job.dt, end=job.end, element="plain", pictures="no",
                  blow=job.blow, sides="symmetric" if job.how in (RING, MOVED) else "periodic", mesh=f"{job.how}.data", start="all" if job.how == ALL else "no", **options)
         shutil.copy(s.path(job.name + ".log"), s.path(job.name) / "log.lammps")    # where the example's analysis looks for it
-        with contextlib.redirect_stdout(io.StringIO()):
+
+    def analysed(job):
+        with contextlib.redirect_stdout(io.StringIO()):    # of the whole process: not while others run
             example.main(s.path(job.name))
         return defe.read_summary(s.path(job.name) / "summary.json")
 
@@ -99,7 +101,8 @@ def run(s):
         v = r["crack_speed_m_s"]
         return "-" if v is None else f"{v:.0f}" if v < WAVE else "at once"
 
-    found = dict(zip(jobs, s.all(one, jobs)))
+    s.all(simulate, jobs)
+    found = {job: analysed(job) for job in jobs}
     rows = [["MPa at the faces", "elements (mm)", "", "piece (mm)", "after (us)", "strength (MPa)", "stored (J/m2)", "at rest (J/m2)", "taken by cracks (J/m2)",
              "crack area by pane area", "taken per crack area (J/m2)", "squares in 50 x 50 mm", "cells", "closed", "in one layer", "published", "speed (m/s)", "converted",
              "processor time (s)", "energy rises (%)"]]
