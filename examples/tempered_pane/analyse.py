@@ -6,6 +6,7 @@ analyse.py FOLDER                    events.txt, energies.txt, pieces.dump, log.
 analyse.py --compare PLOT FOLDER...  cells and squares of some runs, analysed before, beside what is published
 """
 
+import functools
 import sys
 from pathlib import Path
 
@@ -166,17 +167,23 @@ def main(folder):
     area = side**2  # of what can crack
     layer = split * through // 2  # of the DEs beside the middle plane
 
+    @functools.lru_cache(None)
+    def joints(kind):
+        """All of a kind: events, places and areas as from cuts_of."""
+        cut = events.of(kind)
+        return cut, *cuts_of(cut, n, through, split, closed)
+
     def cuts(kind, at):
         """In one layer: places (along x, y) of both DEs, the area of cracks that each joint stands for, by that of the pane, if all
         layers had as much, and times (s)."""
-        cut = events.of(kind)
-        place, share = cuts_of(cut, n, through, split, closed)
+        cut, place, share = joints(kind)
         inside = np.all(place[:, :, 2] == at, axis=1)
         return place[inside][:, :, :2], d * share[inside] * THICKNESS / area, cut.time[inside]
 
-    def cells(place):
-        """Of a layer, and which are large enough to be counted."""
-        cell = cells_of(place - split * ring, split * (n - 2 * ring), closed)
+    def cells(place, neck=None):
+        """Of a layer, and which are large enough to be counted. neck (DEs): where cracks end within that of another one, they meet it."""
+        place, size = place - split * ring, split * (n - 2 * ring)
+        cell = cells_of(place, size, closed, None if neck is None else near_cuts(place, size, neck, closed))
         return cell, np.bincount(cell.ravel()) * d**2 >= LEAST
 
     def squares(cracked):
@@ -190,21 +197,14 @@ def main(folder):
     ends_inside = inside_of(place - split * ring, cell)
     end = float(energies["time_us"][-1])
     over_time = {f"{t:g}": int(cells(place[time <= 1e-6 * t])[1].sum()) for t in np.arange(2.0, end + 1e-9, 2.0)}
-
-    def parted(place, neck):
-        """How many cells a layer has where cracks that end within `neck` (DEs) of another one meet it."""
-        beside = near_cuts(place - split * ring, split * (n - 2 * ring), neck, closed)
-        torn = cells_of(place - split * ring, split * (n - 2 * ring), closed, beside)
-        return int((np.bincount(torn.ravel()) * d**2 >= LEAST).sum())
-
-    torn = parted(place, 0.5 * NECK / d)
+    torn = int(cells(place, 0.5 * NECK / d)[1].sum())
     layers = [k for k in range(split * through) if abs((k + 0.5) * d - 0.5 * THICKNESS) < MIDDLE]
     of_layers = [cuts("cohesive", k)[0] for k in layers]
     closed_of_layers = float(np.mean([cells(p)[1].sum() for p in of_layers]))
-    parted_of_layers = float(np.mean([parted(p, SHIELD) for p in of_layers]))
+    parted_of_layers = float(np.mean([cells(p, SHIELD)[1].sum() for p in of_layers]))
     faces = [cuts("cohesive", k)[1].sum() for k in (0, split * through - 1)]
-    began = events.of("cohesive")
-    away = nuclei_of(cuts_of(began, n, through, split, closed)[0], began.time, split * n, closed)
+    began, of_began, _ = joints("cohesive")
+    away = nuclei_of(of_began, began.time, split * n, closed)
     took = (energies["fracture"][-1] + energies["released"][-1]) / area
     middle = 0.5 * n * edge
     s = {

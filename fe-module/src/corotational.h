@@ -20,7 +20,7 @@
 // the same axes.
 
 #include "defe/fe/kernel.h"
-#include "hex_modes.h"
+#include "tangents.h"
 
 #include <algorithm>
 #include <cmath>
@@ -236,7 +236,7 @@ namespace lanes {
                                          const CorotationalShape &shape,
                                          const BoundOfStrain &bound_of, double side)
   {
-    constexpr double g = 0.57735026918962576451;    // 1/sqrt(3)
+    constexpr double g = gauss;
     // by the signs of xi_i and xi_j (bits 0 and 1): normal strain, shear strain, and what xi_k adds to it
     Pack normal[3][4], shear[3][4], twist[3][4], across[3];
     for (int k = 0; k < 3; ++k) {
@@ -264,8 +264,7 @@ namespace lanes {
     for (int point = 0; point < 8; ++point) {
       Pack strain[6];
       for (int k = 0; k < 3; ++k) {
-        const int q =
-            (hex_sign[point][(k + 1) % 3] > 0 ? 1 : 0) + (hex_sign[point][(k + 2) % 3] > 0 ? 2 : 0);
+        const int q = tangent_index(point, k);
         const double sign = hex_sign[point][k];
         strain[k] = enhanced ? normal[k][q] - sign * across[k] : normal[k][q];
         strain[5 - k] = (enhanced ? E[5 - k] : shear[k][q]) + sign * twist[k][q];

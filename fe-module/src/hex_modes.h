@@ -72,9 +72,8 @@ struct LostElements {
   }
   DEFE_INLINE void note(const LaneElements &elements, int start, const simd::Mask &lost)
   {
-    if (first >= 0) return;
-    for (int l = elements.valid - 1; l >= 0; --l)
-      if (lost[l]) first = start + l;
+    for (int l = 0; l < simd::width; ++l)
+      if (lost[l]) note(elements, start, l);
   }
   /// To be added to the results of the pack that starts there.
   DEFE_INLINE Pack poison(const LaneElements &elements, int start, const simd::Mask &valid)
